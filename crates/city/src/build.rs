@@ -1,0 +1,148 @@
+//! The whole in one call: plan and sources in, a city out. The same for any number of threads.
+
+use crate::progress::{Cancel, Progress, Stage};
+use crate::stages::{self, land, streets};
+use crate::{Area, City, Report, Sources};
+use script::Faults;
+use std::sync::Arc;
+use ::streets::faces::{FaceKind, Faces};
+
+/// The stage to stop after.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+pub enum Until {
+    /// Streets, quarters and blocks.
+    Streets,
+    /// And parcels.
+    Parcels,
+    /// And buildings.
+    #[default]
+    Buildings,
+}
+
+/// How to build; nothing here changes what comes out of the stages that run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Settings {
+    /// Threads to use; all processors when 0.
+    pub threads: usize,
+    /// The stage to stop after.
+    pub until: Until,
+}
+
+/// Why there is no city.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The build was cancelled.
+    #[error("stopped before the city was finished; nothing was written")]
+    Cancelled,
+    /// Nothing could grow.
+    #[error("there is nothing to build: {reason}\n  hint: {hint}")]
+    Nothing {
+        /// What is missing.
+        reason: String,
+        /// What to do about it.
+        hint: String,
+    },
+    /// A rule that is evaluated once failed.
+    #[error("{0}")]
+    Fault(Box<script::Fault>),
+    /// No threads could be started.
+    #[error("no threads could be started: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+impl From<script::Fault> for BuildError {
+    fn from(fault: script::Fault) -> Self {
+        Self::Fault(Box::new(fault))
+    }
+}
+
+/// A city and what there is to say about how it came to be.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// The city.
+    pub city: Arc<City>,
+    /// Counts, logs and faults.
+    pub report: Report,
+}
+
+/// Builds a city. Reads no file and no clock.
+pub fn build(
+    sources: &Sources,
+    settings: Settings,
+    progress: &dyn Progress,
+    cancel: &Cancel,
+) -> Result<Built, BuildError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?;
+    pool.install(|| run_stages(sources, settings.until, progress, cancel))
+}
+
+fn run_stages(
+    sources: &Sources,
+    until: Until,
+    progress: &dyn Progress,
+    cancel: &Cancel,
+) -> Result<Built, BuildError> {
+    let faults = Arc::new(Faults::default());
+    let context = stages::Context { sources, faults: &faults, progress, cancel };
+    let mut report = Report::new(sources);
+    let network = streets::derive(&context, &mut report)?;
+    let graph = network.graph;
+    if graph.segment_count() == 0 {
+        return Err(nothing(sources));
+    }
+    let quarters = Faces::of(&graph, FaceKind::Quarter);
+    let blocks = Faces::of(&graph, FaceKind::Block);
+    let mut network_origins = network.origins;
+    let land = land::derive(&context, &graph, &blocks, &quarters, until)?;
+    let buildings = match until {
+        Until::Buildings => stages::buildings::derive(&context, &land, &mut network_origins)?,
+        _ => Vec::new(),
+    };
+    let city = City {
+        name: sources.name.clone(),
+        seed: sources.plan.seed,
+        site: sources.site.clone(),
+        runs: ::streets::runs::runs(&graph),
+        quarters: quarters.faces.iter().filter_map(quarter_area).collect(),
+        districts: Vec::new(),
+        graph,
+        origins: network_origins.into_names(),
+        street_names: network.names,
+        blocks: land.blocks,
+        parcels: land.parcels,
+        buildings,
+    };
+    report.finish(&city, &faults, land.trimmed, land.open);
+    Ok(Built { city: Arc::new(city), report })
+}
+
+fn quarter_area(face: &::streets::faces::Face) -> Option<Area> {
+    let polygon = layout::blocks::polygon_of(face);
+    (polygon.outer.len() >= 3).then(|| Area { id: face.id, name: None, polygon })
+}
+
+fn nothing(sources: &Sources) -> BuildError {
+    let has_land = sources.has_legal_land();
+    let reason = if has_land { "no street could grow or be imported" } else { "the site has no land to build on" };
+    let hint = if has_land {
+        "check that the plan has `given`, `import` or `majors`, and that goals ask for streets somewhere"
+    } else {
+        "check the `land` map and the `within` mask: white is land, black is water"
+    };
+    BuildError::Nothing { reason: reason.into(), hint: hint.into() }
+}
+
+impl Stage {
+    /// Reports a stage around a piece of work.
+    pub(crate) fn around<T>(
+        self,
+        progress: &dyn Progress,
+        parts: usize,
+        work: impl FnOnce() -> (T, String),
+    ) -> T {
+        progress.begin(self, parts as u64);
+        let (result, outcome) = work();
+        progress.end(self, &outcome);
+        result
+    }
+}

@@ -1,0 +1,95 @@
+//! `plat build`.
+
+use super::bars::Bars;
+use super::{BuildArguments, Status};
+use city::progress::{Progress, Stage};
+use city::{BuildError, Built, Cancel, LoadError, Report, Settings, build, export, load};
+use std::path::PathBuf;
+
+/// Builds a city and writes it.
+pub fn run(arguments: &BuildArguments) -> Status {
+    let bars = Bars::new(arguments.quiet || arguments.json);
+    let outcome = build_and_write(arguments, &bars);
+    bars.clear();
+    match outcome {
+        Ok((report, written)) => tell(arguments, &report, &written),
+        Err((status, message)) => {
+            eprintln!("plat: {message}");
+            status
+        }
+    }
+}
+
+type Failure = (Status, String);
+
+fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, Vec<PathBuf>), Failure> {
+    let failed = |error: &dyn std::fmt::Display| (Status::Failed, error.to_string());
+    let cancel = stop_on_interrupt();
+    let mut loaded = load(&arguments.city, arguments.rules.as_deref()).map_err(|error| match error {
+        LoadError::Missing { .. } => (Status::Usage, error.to_string()),
+        other => failed(&other),
+    })?;
+    for line in &loaded.printed {
+        eprintln!("{line}");
+    }
+    for assignment in &arguments.set {
+        loaded.set(assignment).map_err(|error| (Status::Usage, format!("--set {assignment}: {error}")))?;
+    }
+    if let Some(seed) = arguments.seed {
+        loaded.plan.seed = seed;
+    }
+    export::prepare(&arguments.out).map_err(|error| failed(&error))?;
+    let sources = loaded.read().map_err(|error| failed(&error))?;
+    let settings = Settings { threads: usize::from(arguments.threads), until: arguments.until };
+    let Built { city, report } = build(&sources, settings, bars, &cancel).map_err(|error| match error {
+        BuildError::Cancelled => (Status::Interrupted, error.to_string()),
+        other => failed(&other),
+    })?;
+    bars.begin(Stage::Export, 0);
+    let mut json = serde_json::to_vec_pretty(&report).map_err(|error| failed(&error))?;
+    json.push(b'\n');
+    let written = export::write_all(&city, &json, &arguments.out).map_err(|error| failed(&error))?;
+    if cancel.is_cancelled() {
+        return Err((Status::Interrupted, BuildError::Cancelled.to_string()));
+    }
+    let names: Vec<_> = written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
+    bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
+    Ok((report, written))
+}
+
+/// Ctrl-C asks the build to stop; a second one ends the process at once.
+fn stop_on_interrupt() -> Cancel {
+    let cancel = Cancel::default();
+    let asked = cancel.clone();
+    let handler = move || {
+        if asked.is_cancelled() {
+            std::process::exit(Status::Interrupted as i32);
+        }
+        asked.cancel();
+    };
+    // Only fails when a handler is there already, and there is one command a process.
+    let _ = ctrlc::set_handler(handler);
+    cancel
+}
+
+fn tell(arguments: &BuildArguments, report: &Report, written: &[PathBuf]) -> Status {
+    if arguments.json {
+        let files: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+        let value = serde_json::json!({ "report": report, "files": files });
+        println!("{value}");
+    }
+    for warning in report.warnings.iter().take(20).filter(|_| !arguments.quiet) {
+        eprintln!("   warning  {warning}");
+    }
+    for fault in &report.faults {
+        let times = if fault.count > 1 { format!(" ({} times)", fault.count) } else { String::new() };
+        eprintln!("{}:{}:{}: {}{times}", fault.file, fault.line, fault.column, fault.message);
+        if let Some(hint) = &fault.hint {
+            eprintln!("  hint: {hint}");
+        }
+        if let Some([x, y]) = fault.place {
+            eprintln!("  first at ({x:.1}, {y:.1}) m");
+        }
+    }
+    if report.has_faults() { Status::Faults } else { Status::Done }
+}

@@ -1,0 +1,148 @@
+//! `city.glb`: terrain, streets and buildings as glTF 2.0 in metres, x east, y up, z south.
+//!
+//! [`model`] makes the meshes, tile by tile; [`to_bytes`] packs them. What lies on the ground is cut along the terrain's
+//! own triangles, so that no street sinks into a hill or floats over a hollow.
+
+mod buildings;
+mod pack;
+mod streets;
+mod terrain;
+
+pub use pack::{GlbError, to_bytes};
+
+use crate::City;
+use geom::{Mesh, Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// Side of a tile in metres.
+pub const TILE_M: f64 = 1000.0;
+
+/// How far streets lie above the terrain, in metres.
+pub const STREET_LIFT_M: f64 = 0.10;
+
+/// How far the cover of a crossing lies above the streets that end there, in metres: it hides how they overlap.
+pub const CROSSING_LIFT_M: f64 = 0.02;
+
+/// How far parks and plazas lie above the terrain, in metres.
+pub const GREEN_LIFT_M: f64 = 0.05;
+
+/// A tile: column from the west and row from the south of the frame's origin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TileKey {
+    /// From the west.
+    pub column: i32,
+    /// From the south.
+    pub row: i32,
+}
+
+impl TileKey {
+    /// The tile that a place lies in.
+    pub fn of(place: Vec2) -> Self {
+        let cell = (place / TILE_M).floor();
+        Self { column: cell.x as i32, row: cell.y as i32 }
+    }
+
+    /// Its south-west corner in metres.
+    pub fn origin(self) -> Vec2 {
+        Vec2::new(f64::from(self.column), f64::from(self.row)) * TILE_M
+    }
+}
+
+/// The kinds of things below a tile, each a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Group {
+    /// Ground and water.
+    Terrain,
+    /// Streets, crossings, bridges.
+    Streets,
+    /// Parks and plazas.
+    Green,
+    /// Buildings.
+    Buildings,
+}
+
+/// What a surface is made of: one material each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Surface {
+    /// Bare land.
+    Ground,
+    /// Water.
+    Water,
+    /// Parks.
+    Park,
+    /// Plazas.
+    Plaza,
+    /// Carriageway of a highway.
+    Highway,
+    /// Carriageway of a major.
+    Major,
+    /// Carriageway of a minor.
+    Minor,
+    /// Sidewalks.
+    Sidewalk,
+    /// The body of bridges.
+    Deck,
+    /// Walls.
+    Wall,
+    /// Roofs.
+    Roof,
+}
+
+/// The meshes of a tile, around its origin at height 0.
+pub type Tile = BTreeMap<(Group, Surface), Mesh>;
+
+/// A city as meshes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    /// Its tiles.
+    pub tiles: BTreeMap<TileKey, Tile>,
+    /// Coordinate reference system of the local frame, and where (0, 0) lies in it, where known.
+    pub crs: Option<String>,
+    /// See `crs`.
+    pub origin: Option<Vec2>,
+}
+
+impl Model {
+    fn mesh(&mut self, tile: TileKey, group: Group, surface: Surface) -> &mut Mesh {
+        self.tiles.entry(tile).or_default().entry((group, surface)).or_default()
+    }
+}
+
+/// The meshes of a city. A thing belongs to the tile of its first point, the terrain to the tile it lies in.
+pub fn model(city: &City) -> Model {
+    let mut model = Model { crs: city.site.crs.clone(), origin: city.site.origin, ..Model::default() };
+    let terrain = terrain::Terrain::of(city);
+    terrain.add_to(&mut model);
+    streets::add_to(&mut model, city, &terrain);
+    buildings::add_green(&mut model, city, &terrain);
+    buildings::add_buildings(&mut model, city);
+    for tile in model.tiles.values_mut() {
+        tile.retain(|_, mesh| !mesh.is_empty());
+    }
+    model.tiles.retain(|_, tile| !tile.is_empty());
+    model
+}
+
+/// A corner of a surface: place in metres, height, and the normal there in (east, north, up).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Corner {
+    at: Vec2,
+    height: f64,
+    normal: Vec3,
+}
+
+/// Adds a convex polygon, counter-clockwise seen from above (or from outside), to a mesh around `origin`.
+fn push_corners(mesh: &mut Mesh, corners: &[Corner], origin: Vec2) {
+    let first = mesh.positions.len() as u32;
+    for corner in corners {
+        mesh.positions.push(geom::mesh::position(corner.at, corner.height, origin).to_array().map(|x| x as f32));
+        let normal = Vec3::new(corner.normal.x, corner.normal.z, -corner.normal.y).normalize_or(Vec3::Y);
+        mesh.normals.push(normal.to_array().map(|x| x as f32));
+    }
+    for i in 2..corners.len() as u32 {
+        mesh.indices.extend([first, first + i - 1, first + i]);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,138 @@
+//! A drawn map of a city: land, water, parks, blocks, parcels, buildings and streets, with title, legend and scale.
+//!
+//! One drawing, two back ends: SVG text, and pixels painted directly, because a hundred thousand buildings would take
+//! an SVG reader longer than everything else together.
+
+mod canvas;
+mod contour;
+mod furniture;
+mod layers;
+mod pixels;
+mod style;
+mod svg;
+mod view;
+
+use crate::City;
+use canvas::Canvas;
+use std::io::{self, Write};
+use view::View;
+
+/// What a map may be told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapOptions {
+    /// The longer side of the page in pixels; held between 200 and 20 000.
+    pub longest_side: u32,
+    /// The title; the city's name where there is none.
+    pub title: Option<String>,
+    /// Whom the maps and streets that came in are owed to.
+    pub attribution: Option<String>,
+}
+
+impl Default for MapOptions {
+    fn default() -> Self {
+        Self { longest_side: 3000, title: None, attribution: None }
+    }
+}
+
+/// Why a map could not be drawn.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MapError {
+    /// The page is too large.
+    #[error("no page of {width} × {height} pixels can be made")]
+    Size {
+        /// Pixels.
+        width: u32,
+        /// Pixels.
+        height: u32,
+    },
+    /// Words could not be set.
+    #[error("the words of the map could not be set: {0}")]
+    Text(String),
+    /// The picture could not be packed.
+    #[error("the picture could not be packed: {0}")]
+    Png(String),
+}
+
+/// Writes the map as SVG.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_svg(city: &City, options: &MapOptions, out: impl Write) -> io::Result<()> {
+    let view = View::of(city, options.longest_side);
+    let mut page = svg::Svg::new(out, view.width(), view.height(), title(city, options));
+    draw(city, options, &view, &mut page);
+    page.finish()
+}
+
+/// The map as a PNG file.
+///
+/// # Errors
+/// See [`MapError`].
+pub fn png(city: &City, options: &MapOptions) -> Result<Vec<u8>, MapError> {
+    let view = View::of(city, options.longest_side);
+    let mut page = pixels::Pixels::new(view.width(), view.height())?;
+    draw(city, options, &view, &mut page);
+    page.finish()
+}
+
+fn title<'a>(city: &'a City, options: &'a MapOptions) -> &'a str {
+    options.title.as_deref().unwrap_or(&city.name)
+}
+
+fn draw(city: &City, options: &MapOptions, view: &View, page: &mut dyn Canvas) {
+    layers::draw(city, view, page);
+    furniture::draw(city, options, view, page);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::samples::small_city;
+
+    fn svg_of(city: &City, options: &MapOptions) -> String {
+        let mut out = Vec::new();
+        write_svg(city, options, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn the_svg_is_well_formed_and_has_every_layer() {
+        let options = MapOptions { title: Some("Port <Royal> & \"Sons\"".into()), ..MapOptions::default() };
+        let text = svg_of(&small_city(), &options);
+        let document = resvg::usvg::roxmltree::Document::parse(&text).unwrap();
+        let parts: Vec<_> = document.root_element().children().filter_map(|node| node.attribute("id")).collect();
+        assert_eq!(parts, ["ground", "heights", "blocks", "parcels", "buildings", "streets", "bridges", "furniture"]);
+        assert!(document.descendants().any(|node| node.text() == Some("Port <Royal> & \"Sons\"")));
+    }
+
+    #[test]
+    fn maps_are_the_same_every_time() {
+        let options = MapOptions { longest_side: 400, ..MapOptions::default() };
+        assert_eq!(svg_of(&small_city(), &options), svg_of(&small_city(), &options));
+        assert_eq!(png(&small_city(), &options), png(&small_city(), &options));
+    }
+
+    #[test]
+    fn pixels_show_what_the_svg_shows() {
+        let city = small_city();
+        let options = MapOptions { longest_side: 600, ..MapOptions::default() };
+        let ours = resvg::tiny_skia::Pixmap::decode_png(&png(&city, &options).unwrap()).unwrap();
+        let reader = resvg::usvg::Options { fontdb: pixels::fonts(), ..Default::default() };
+        let tree = resvg::usvg::Tree::from_str(&svg_of(&city, &options), &reader).unwrap();
+        let mut theirs = resvg::tiny_skia::Pixmap::new(ours.width(), ours.height()).unwrap();
+        resvg::render(&tree, resvg::tiny_skia::Transform::identity(), &mut theirs.as_mut());
+        let pairs = ours.data().iter().zip(theirs.data());
+        let apart = pairs.filter(|(a, b)| a.abs_diff(**b) > 48).count();
+        // The SVG is rounded to tenths of a pixel, which shows at rims only.
+        assert!(apart * 100 < ours.data().len(), "{apart} of {}", ours.data().len());
+    }
+
+    #[test]
+    fn an_empty_city_has_a_map_too() {
+        let mut city = small_city();
+        city.runs.clear();
+        city.graph = streets::StreetGraph::new(streets::Classes::default());
+        (city.blocks, city.parcels, city.buildings) = (Vec::new(), Vec::new(), Vec::new());
+        assert!(!png(&city, &MapOptions { longest_side: 300, ..MapOptions::default() }).unwrap().is_empty());
+    }
+}

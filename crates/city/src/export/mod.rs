@@ -1,0 +1,253 @@
+//! Everything a city is written as. Files appear whole or not at all: each is produced beside its final place first,
+//! and all are put there only when every one of them was produced.
+
+pub mod geojson;
+pub mod glb;
+pub mod layout_file;
+pub mod map;
+
+#[cfg(test)]
+pub(crate) mod samples;
+
+use crate::City;
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+pub use layout_file::{LayoutFile, ReadError, read_layout};
+pub use map::MapOptions;
+
+/// What a city can be written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Format {
+    /// `layout.geojson`: streets, blocks, parcels and buildings in local metres.
+    Layout,
+    /// `map.svg`: a drawn map.
+    Svg,
+    /// `map.png`: the same map in pixels.
+    Png,
+    /// `city.glb`: terrain, streets and buildings in 3D.
+    Glb,
+}
+
+impl Format {
+    /// All formats, in the order they are written.
+    pub const ALL: [Self; 4] = [Self::Layout, Self::Svg, Self::Png, Self::Glb];
+
+    /// The name of its file.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            Self::Layout => "layout.geojson",
+            Self::Svg => "map.svg",
+            Self::Png => "map.png",
+            Self::Glb => "city.glb",
+        }
+    }
+
+    fn write(self, city: &City, out: &mut dyn Write) -> Result<(), Problem> {
+        match self {
+            Self::Layout => geojson::write_layout(city, out)?,
+            Self::Svg => map::write_svg(city, &MapOptions::default(), out)?,
+            Self::Png => out.write_all(&map::png(city, &MapOptions::default())?)?,
+            Self::Glb => out.write_all(&glb::to_bytes(&glb::model(city))?)?,
+        }
+        Ok(())
+    }
+}
+
+/// Why a file could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {problem}", path = path.display())]
+pub struct ExportError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What went wrong.
+    #[source]
+    pub problem: Problem,
+}
+
+/// What can go wrong on the way to a file.
+#[derive(Debug, thiserror::Error)]
+pub enum Problem {
+    /// The folder or file can't be written.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// The map could not be drawn.
+    #[error("{0}")]
+    Map(#[from] map::MapError),
+    /// The model does not fit its format.
+    #[error("{0}")]
+    Glb(#[from] glb::GlbError),
+}
+
+fn at<P: Into<Problem>>(path: &Path) -> impl FnOnce(P) -> ExportError {
+    |problem| ExportError { path: path.into(), problem: problem.into() }
+}
+
+/// Makes the folder and finds out whether files can be written to it, before hours of work.
+///
+/// # Errors
+/// When it can't be made, is no folder, or refuses new files.
+pub fn prepare(folder: &Path) -> Result<(), ExportError> {
+    fs::create_dir_all(folder).map_err(at(folder))?;
+    NamedTempFile::new_in(folder).map(drop).map_err(at(folder))
+}
+
+/// Writes a city in all formats, and `report.json` with the text of `report`, into a folder, which is made if need be;
+/// says which files there are. Either all of them are new afterwards, or none was touched (only a machine that stops
+/// between two renames can part them).
+///
+/// # Errors
+/// When a file can't be produced or put in its place.
+pub fn write_all(city: &City, report: &[u8], folder: &Path) -> Result<Vec<PathBuf>, ExportError> {
+    write_formats(city, folder, &Format::ALL, &[("report.json", report)])
+}
+
+/// The same for some formats and any other files, given as name and content.
+///
+/// # Errors
+/// When a file can't be produced or put in its place.
+pub fn write_formats(
+    city: &City,
+    folder: &Path,
+    formats: &[Format],
+    others: &[(&str, &[u8])],
+) -> Result<Vec<PathBuf>, ExportError> {
+    prepare(folder)?;
+    let mut formats = formats.to_vec();
+    formats.sort_unstable();
+    formats.dedup();
+    let mut produced = Vec::new();
+    for format in formats {
+        let path = folder.join(format.file_name());
+        let file = produce(&path, |out| format.write(city, out))?;
+        produced.push((path, file));
+    }
+    for (name, content) in others {
+        let path = folder.join(name);
+        let file = produce(&path, |out| Ok(out.write_all(content)?))?;
+        produced.push((path, file));
+    }
+    produced.into_iter().map(|(path, file)| put_in_place(file, &path).map(|()| path)).collect()
+}
+
+/// Writes one file so that it is either whole or as before.
+///
+/// # Errors
+/// When `write` fails or the file can't be put in its place.
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), ExportError> {
+    let file = produce(path, |out| write(out).map_err(Problem::Io))?;
+    put_in_place(file, path)
+}
+
+/// Fills a temporary file in the folder of `path`.
+fn produce(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), Problem>,
+) -> Result<NamedTempFile, ExportError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let file = NamedTempFile::new_in(folder).map_err(at(path))?;
+    let mut out = BufWriter::with_capacity(1 << 18, file);
+    write(&mut out).map_err(at(path))?;
+    let file = out.into_inner().map_err(io::IntoInnerError::into_error).map_err(at(path))?;
+    make_readable(&file).and_then(|()| file.as_file().sync_all()).map_err(at(path))?;
+    Ok(file)
+}
+
+/// Temporary files are for their owner only; what we write is for everyone to read.
+fn make_readable(file: &NamedTempFile) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
+    }
+    let _ = file;
+    Ok(())
+}
+
+fn put_in_place(file: NamedTempFile, path: &Path) -> Result<(), ExportError> {
+    file.persist(path).map(drop).map_err(|error| at(path)(error.error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use samples::{hilly_city, small_city};
+
+    fn listing(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn all_files_are_written_readable_and_the_same_every_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("deep/er");
+        let files = write_all(&small_city(), b"{}\n", &out).unwrap();
+        assert_eq!(listing(&out), ["city.glb", "layout.geojson", "map.png", "map.svg", "report.json"]);
+        let before: Vec<_> = files.iter().map(|path| fs::read(path).unwrap()).collect();
+        #[cfg(unix)]
+        for path in &files {
+            use std::os::unix::fs::PermissionsExt;
+            assert_eq!(fs::metadata(path).unwrap().permissions().mode() & 0o777, 0o644);
+        }
+        write_all(&small_city(), b"{}\n", &out).unwrap();
+        assert_eq!(files.iter().map(|path| fs::read(path).unwrap()).collect::<Vec<_>>(), before);
+    }
+
+    #[test]
+    fn a_layout_reads_back_as_it_was() {
+        let city = hilly_city();
+        let folder = tempfile::tempdir().unwrap();
+        write_formats(&city, folder.path(), &[Format::Layout], &[]).unwrap();
+        let file = read_layout(&folder.path().join("layout.geojson")).unwrap();
+        let about = file.about.unwrap();
+        assert_eq!((about.seed.as_deref(), about.crs.as_deref()), (Some("1625"), Some("EPSG:32618")));
+        assert_eq!(about.origin, Some([579_660.0, 4_503_410.0]));
+        let of = |kind: &str| {
+            let such = file.features.iter().filter(|f| f.properties.kind.as_deref() == Some(kind));
+            such.collect::<Vec<_>>()
+        };
+        assert_eq!(of("crossing").len(), geojson::crossings(&city).len());
+        let positions = |ring: &[geom::Point]| ring.iter().chain(ring.first()).map(|p| p.metres().to_array()).collect::<Vec<_>>();
+        for (feature, parcel) in of("parcel").iter().zip(&city.parcels) {
+            assert_eq!(feature.properties.id, Some(parcel.id.to_string()));
+            assert_eq!(feature.geometry, layout_file::Geometry::Polygon(vec![positions(&parcel.polygon.outer)]));
+        }
+        for (feature, run) in of("street").iter().zip(&city.runs) {
+            assert_eq!(feature.properties.width, Some(f64::from(run.half_width) / 512.0));
+            assert_eq!((feature.properties.bridge, feature.properties.level), (run.level > 0, f64::from(run.level)));
+        }
+        for (feature, building) in of("building").iter().zip(&city.buildings) {
+            assert_eq!(feature.properties.height, Some(building.height));
+            assert_eq!(feature.properties.parcel, Some(building.parcel.to_string()));
+        }
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_atomically(&path, |out| out.write_all(b"old")).unwrap();
+        let error = write_atomically(&path, |out| {
+            out.write_all(b"new, half")?;
+            Err(io::Error::other("the disk is full"))
+        });
+        assert_eq!(error.unwrap_err().to_string(), format!("{}: the disk is full", path.display()));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(listing(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn an_impossible_folder_is_found_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(prepare(&file).unwrap_err().to_string().contains("file"));
+        assert!(prepare(&file.join("below")).is_err());
+        assert!(prepare(&folder.path().join("new")).is_ok());
+    }
+}

@@ -1,0 +1,22 @@
+//! The whole: sources, stages, report, export, and the `plat` command.
+//!
+//! [`load`] reads a city script into a [`Loaded`] plan, [`Loaded::read`] reads what the plan names, [`build`] makes the
+//! city, [`export::write_all`] writes it.
+
+pub mod build;
+pub mod export;
+pub mod load;
+pub mod model;
+pub mod progress;
+pub mod report;
+pub mod site;
+pub mod sources;
+mod stages;
+pub mod validate;
+
+pub use build::{BuildError, Built, Settings, Until, build};
+pub use load::{LoadError, Loaded, Sources, load};
+pub use model::{Area, City};
+pub use progress::{Cancel, Progress, Silent, Stage};
+pub use report::Report;
+pub use site::Site;

@@ -1,0 +1,307 @@
+//! From a folder on disk to a plan and its sources.
+
+use crate::Site;
+use crate::sources::{
+    self, Frame, GeoJsonFrame, ImportedStreet, KNOWN_MAPS, MapOptions, SourceError, class_width, file_key, flat_site,
+    load_site, map_names, read_geojson_streets, read_osm,
+};
+use geom::{Bounds, Point, Raster, Vec2};
+use script::{Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source, StreetImport};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use streets::Classes;
+
+/// Why a city could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// There is no city script there.
+    #[error("{}: {message}\n  hint: {hint}", path.display())]
+    Missing {
+        /// What was asked for.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+        /// What to do.
+        hint: String,
+    },
+    /// The script failed.
+    #[error("{0}")]
+    Fault(Box<Fault>),
+    /// A map or street file is missing or wrong.
+    #[error("{0}")]
+    Source(#[from] SourceError),
+}
+
+impl From<Fault> for LoadError {
+    fn from(fault: Fault) -> Self {
+        Self::Fault(Box::new(fault))
+    }
+}
+
+/// A city script that has been run: what it asks for, not yet what it names.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The city's name: that of its folder.
+    pub name: String,
+    /// Its folder.
+    pub folder: PathBuf,
+    /// What the script asks for; change it with [`Plan::set`].
+    pub plan: Plan,
+    /// What the script printed.
+    pub printed: Vec<String>,
+}
+
+/// Everything a build reads.
+#[derive(Clone, Debug)]
+pub struct Sources {
+    /// The city's name.
+    pub name: String,
+    /// The plan.
+    pub plan: Plan,
+    /// The maps.
+    pub site: Arc<Site>,
+    /// Street files.
+    pub imports: Vec<ImportFile>,
+}
+
+/// The streets of a file, as the plan wants them.
+#[derive(Clone, Debug)]
+pub struct ImportFile {
+    /// What lineage hangs on: the file's name.
+    pub key: String,
+    /// Its streets inside the site, with their classes and widths.
+    pub streets: Vec<ImportedStreet>,
+    /// Lines left out, by reason, counted.
+    pub left_out: BTreeMap<String, usize>,
+}
+
+/// Runs the script of a city: a folder with a `city.rhai`, or the script itself. Rules are looked up in the city's
+/// folder, then in `rules`, then in the built-in library.
+///
+/// # Errors
+/// [`LoadError`] when there is no script, or it fails.
+pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
+    let script = if city.is_dir() { city.join("city.rhai") } else { city.to_path_buf() };
+    let text = fs::read_to_string(&script).map_err(|error| missing(city, &script, &error))?;
+    let folder = match script.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    if let Some(rules) = rules.filter(|rules| !rules.is_dir()) {
+        let hint = "--rules takes a folder such as rules/ with streets/, parcels/, …".to_owned();
+        return Err(LoadError::Missing { path: rules.into(), message: "there is no such folder".into(), hint });
+    }
+    let own: Arc<dyn Library> = Arc::new(RuleFolder(folder.clone()));
+    let given = rules.map(|rules| Arc::new(RuleFolder(rules.to_path_buf())) as Arc<dyn Library>);
+    let host = Host::new(std::iter::once(own).chain(given).collect());
+    let source = Source { text, path: script.display().to_string() };
+    let Evaluated { plan, printed } = host.plan(&source, Arc::new(MapFolders(folder.clone())))?;
+    let name = fs::canonicalize(&folder).ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
+    Ok(Loaded { name: name.unwrap_or_else(|| "city".into()), folder, plan, printed })
+}
+
+fn missing(city: &Path, script: &Path, error: &std::io::Error) -> LoadError {
+    let is_absent = error.kind() == std::io::ErrorKind::NotFound;
+    let message = match (is_absent, city.exists()) {
+        (true, true) => "there is no city.rhai in this folder".to_owned(),
+        (true, false) => "there is no such city".to_owned(),
+        _ => format!("{} cannot be read: {error}", script.display()),
+    };
+    let hint = "name a folder with a city.rhai, such as scripts/manhattan".to_owned();
+    LoadError::Missing { path: city.to_path_buf(), message, hint }
+}
+
+impl Loaded {
+    /// Sets a parameter by its role: `minors.pattern.block_width=90`.
+    ///
+    /// # Errors
+    /// [`ParamError`] when there is no such parameter, or the value does not suit it.
+    pub fn set(&mut self, assignment: &str) -> Result<(), ParamError> {
+        self.plan.set(assignment)
+    }
+
+    /// Reads the maps and street files that the plan names.
+    ///
+    /// # Errors
+    /// [`SourceError`] for the first file that is missing or wrong.
+    pub fn read(&self) -> Result<Sources, SourceError> {
+        let plan = &self.plan;
+        let from_maps = match (&plan.site.folder, plan.site.size) {
+            (Some(folder), _) => Some(self.site_of_maps(folder)?),
+            (None, Some(size)) => Some(flat_site(size)?),
+            (None, None) => None,
+        };
+        let frame = match &from_maps {
+            Some(site) => Frame::of_site(site).map_err(|error| self.frame_error(&error))?,
+            None => None,
+        };
+        let mut files = Vec::new();
+        let mut own_site = None;
+        for import in &plan.imports {
+            let path = self.folder.join(&import.file);
+            // Without maps the first file says where the site lies; later ones are read into its frame.
+            let known = frame.or_else(|| own_site.as_ref().and_then(|site: &Site| Frame::of_site(site).ok().flatten()));
+            let file = read_streets(&path, known)?;
+            if from_maps.is_none() && own_site.is_none() {
+                own_site = Some(site_of_streets(&file));
+            }
+            files.push((import, file_key(&path), file));
+        }
+        let hint = "give the city a `site`, or `import` streets that say where it lies";
+        let site = from_maps.or(own_site);
+        let site = site.ok_or_else(|| SourceError::kind(&self.folder, "the plan names no site", hint.into()))?;
+        let imports = files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
+        Ok(Sources { name: self.name.clone(), plan: plan.clone(), site: Arc::new(site), imports })
+    }
+
+    fn frame_error(&self, error: &sources::ProjectionError) -> SourceError {
+        SourceError::kind(&self.folder, &error.to_string(), "maps with streets need a UTM crs such as EPSG:32618".into())
+    }
+
+    fn site_of_maps(&self, folder: &str) -> Result<Site, SourceError> {
+        let plan = &self.plan;
+        let folder = self.folder.join(folder);
+        let named = plan.within.iter().chain(&plan.barred).map(|map| map.name.clone());
+        let in_goals = [&plan.majors, &plan.minors].into_iter().flatten();
+        let goals = in_goals.filter_map(|streets| Some(streets.goal().ok()??.map.name));
+        let names: Vec<String> = named.chain(goals).chain(plan.site.maps.keys().cloned()).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut options = BTreeMap::new();
+        for name in map_names(&folder)? {
+            let said = plan.site.maps.get(&name).cloned().unwrap_or_default();
+            if let Some(size) = said.size.or(plan.site.size) {
+                let is_mask = said.units.as_deref().map_or_else(|| is_mask_by_name(&name), |units| units == "mask");
+                let (scale, offset) = (said.scale.unwrap_or(1.0), said.offset.unwrap_or(0.0));
+                options.insert(name, MapOptions { size_m: size.to_array(), scale, offset, mask: is_mask });
+            }
+        }
+        load_site(&folder, &names, &options)
+    }
+}
+
+/// Known maps that hold yes or no; others hold numbers unless their sidecar says `mask`.
+fn is_mask_by_name(name: &str) -> bool {
+    KNOWN_MAPS.contains(&name) && matches!(name, "land" | "parks")
+}
+
+fn read_streets(path: &Path, frame: Option<Frame>) -> Result<sources::StreetFile, SourceError> {
+    let name = path.to_string_lossy();
+    if name.ends_with(".osm") || name.ends_with(".pbf") {
+        return read_osm(path, frame);
+    }
+    let frame = frame.map_or(GeoJsonFrame::default(), GeoJsonFrame::Onto);
+    read_geojson_streets(path, frame)
+}
+
+/// The site of a plan that has streets but no maps: what the file says it covers.
+fn site_of_streets(file: &sources::StreetFile) -> Site {
+    Site {
+        bounds: Bounds { min: Point::new(0, 0), ..file.bounds },
+        crs: file.frame.map(|frame| frame.projection.crs()),
+        origin: file.frame.map(|frame| frame.origin),
+        maps: BTreeMap::new(),
+    }
+}
+
+fn import_file(import: &StreetImport, key: String, file: sources::StreetFile, bounds: Bounds) -> ImportFile {
+    let mut left_out = file.left_out;
+    let mut streets = Vec::new();
+    for street in file.streets {
+        let kept = parts_inside(street, bounds);
+        if kept.is_empty() {
+            *left_out.entry("outside the site".into()).or_default() += 1;
+        }
+        streets.extend(kept.into_iter().map(|street| as_planned(street, import)));
+    }
+    ImportFile { key, streets, left_out }
+}
+
+/// The parts of a street between points inside the bounds.
+fn parts_inside(street: ImportedStreet, bounds: Bounds) -> Vec<ImportedStreet> {
+    let inside = |point: &Vec2| Point::try_from_metres(*point).is_some_and(|point| bounds.contains(point));
+    if street.points.iter().all(inside) {
+        return vec![street];
+    }
+    let mut parts = Vec::new();
+    let mut start = 0;
+    while start < street.points.len() {
+        let length = street.points[start..].iter().take_while(|point| inside(point)).count();
+        if length >= 2 {
+            let range = start..start + length;
+            let refs = street.refs.get(range.clone()).map(<[i64]>::to_vec).unwrap_or_default();
+            let key = if parts.is_empty() { street.key.clone() } else { format!("{}#{}", street.key, parts.len()) };
+            parts.push(ImportedStreet { key, points: street.points[range].to_vec(), refs, ..street.clone() });
+        }
+        start += length + 1;
+    }
+    parts
+}
+
+/// A street with the class and width that the plan gives streets of its kind.
+fn as_planned(mut street: ImportedStreet, import: &StreetImport) -> ImportedStreet {
+    let kind = street.class.clone();
+    let classes = Classes::default();
+    let chosen = import.classes.get(&kind).copied().or(import.class);
+    if let Some(class) = chosen {
+        street.class = classes.info(class).name.clone();
+    }
+    let planned = import.widths.get(&kind).copied();
+    street.width = planned.or(street.width).or(import.width).or(Some(class_width(&street.class)));
+    street
+}
+
+impl Sources {
+    /// Whether streets may lie anywhere at all.
+    pub fn has_legal_land(&self) -> bool {
+        let any = |map: Option<&Arc<Raster>>| map.is_none_or(|map| map.values().iter().any(|&value| value > 0.5));
+        any(self.site.map("land")) && any(self.plan.within.as_ref().and_then(|within| self.site.map(&within.name)))
+    }
+}
+
+/// Rule files in a folder.
+#[derive(Debug)]
+struct RuleFolder(PathBuf);
+
+impl Library for RuleFolder {
+    fn read(&self, name: &str) -> Option<Result<Source, String>> {
+        let path = self.0.join(name);
+        match fs::read_to_string(&path) {
+            Ok(text) => Some(Ok(Source { text, path: path.display().to_string() })),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
+            Err(error) => Some(Err(format!("{}: {error}", path.display()))),
+        }
+    }
+
+    fn place(&self) -> String {
+        self.0.display().to_string()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for kind in ["streets", "goals", "constraints", "parcels", "selection", "buildings"] {
+            let Ok(entries) = fs::read_dir(self.0.join(kind)) else { continue };
+            let files = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+            names.extend(files.filter(|file| file.ends_with(".rhai")).map(|file| format!("{kind}/{file}")));
+        }
+        names.sort();
+        names
+    }
+}
+
+/// Folders of maps beside a city script.
+#[derive(Debug)]
+struct MapFolders(PathBuf);
+
+impl Sites for MapFolders {
+    fn site(&self, request: &SiteRequest) -> Result<SiteInfo, String> {
+        let folder = self.0.join(&request.folder);
+        let maps = map_names(&folder).map_err(|error| error.to_string())?;
+        let size = request.size.or_else(|| {
+            let first = maps.first()?;
+            sources::map_size(&folder.join(format!("{first}.png")))
+        });
+        Ok(SiteInfo { maps, size })
+    }
+}

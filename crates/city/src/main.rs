@@ -1,0 +1,9 @@
+//! The `plat` command.
+
+mod command;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    command::run()
+}

@@ -1,0 +1,157 @@
+//! What there is to say about a build: counts, logs and faults.
+
+use crate::sources::ImportLog;
+use crate::{City, Sources};
+use script::{Fault, Faults};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use streets::growth::{GrowthLog, MergeLog};
+
+/// The report of one build; `report.json` holds it. The same for the same city: no times, no paths.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Report {
+    /// The city's name.
+    pub city: String,
+    /// Its seed, as text: JSON readers lose digits of large numbers.
+    pub seed: String,
+    /// How many there are of each kind.
+    pub counts: BTreeMap<&'static str, usize>,
+    /// Lengths of streets by class, metres.
+    pub street_metres: BTreeMap<String, f64>,
+    /// By stage of growth: accepted proposals, and refused ones by reason.
+    pub growth: BTreeMap<&'static str, GrowthReport>,
+    /// By file: what was imported.
+    pub imports: BTreeMap<String, ImportReport>,
+    /// Land in slivers that became neither parcel nor right-of-way, m².
+    pub sliver_m2: f64,
+    /// What is odd but did no harm.
+    pub warnings: Vec<String>,
+    /// What went wrong in rules, each kind once with a count.
+    pub faults: Vec<FaultReport>,
+}
+
+/// Growth in numbers.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct GrowthReport {
+    /// Accepted proposals.
+    pub accepted: usize,
+    /// Refused proposals by reason.
+    pub refused: BTreeMap<String, usize>,
+    /// Lines that grew in a quarter but found no room in the city.
+    pub dropped: usize,
+}
+
+/// An import in numbers.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ImportReport {
+    /// Streets laid.
+    pub streets: usize,
+    /// Length in the file, metres.
+    pub source_metres: f64,
+    /// Length laid on ground that no street of the file had, metres.
+    pub laid_metres: f64,
+    /// Pieces refused.
+    pub refused: usize,
+    /// Lines left out, by reason.
+    pub left_out: BTreeMap<String, usize>,
+}
+
+/// A fault as it is written.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultReport {
+    /// Script file.
+    pub file: String,
+    /// Line, from 1; 0 when unknown.
+    pub line: u32,
+    /// Column, from 1; 0 when unknown.
+    pub column: u32,
+    /// What went wrong.
+    pub message: String,
+    /// What to do about it.
+    pub hint: Option<String>,
+    /// Where it first happened, metres.
+    pub place: Option<[f64; 2]>,
+    /// How often.
+    pub count: u64,
+}
+
+impl From<&Fault> for FaultReport {
+    fn from(fault: &Fault) -> Self {
+        Self {
+            file: fault.file.clone(),
+            line: fault.line,
+            column: fault.column,
+            message: fault.message.clone(),
+            hint: fault.hint.clone(),
+            place: fault.place.map(|place| place.to_array()),
+            count: fault.count,
+        }
+    }
+}
+
+impl Report {
+    pub(crate) fn new(sources: &Sources) -> Self {
+        Self { city: sources.name.clone(), seed: sources.plan.seed.to_string(), ..Self::default() }
+    }
+
+    /// Whether rules failed anywhere.
+    pub fn has_faults(&self) -> bool {
+        !self.faults.is_empty()
+    }
+
+    pub(crate) fn warn(&mut self, warning: String) {
+        self.warnings.push(warning);
+    }
+
+    pub(crate) fn grown(&mut self, stage: &'static str, log: &GrowthLog) {
+        let report = self.growth.entry(stage).or_default();
+        report.accepted += log.accepted.len();
+        for (reason, count) in log.refusals.iter().filter(|(_, count)| *count > 0) {
+            *report.refused.entry(reason.to_string()).or_default() += count;
+        }
+    }
+
+    pub(crate) fn merged(&mut self, log: &MergeLog) {
+        self.growth.entry("minors").or_default().dropped += log.dropped.len();
+    }
+
+    pub(crate) fn imported(&mut self, file: &str, log: &ImportLog, left_out: &BTreeMap<String, usize>) {
+        let report = ImportReport {
+            streets: log.streets,
+            source_metres: round(log.source_length),
+            laid_metres: round(log.laid_length),
+            refused: log.refused.len(),
+            left_out: left_out.clone(),
+        };
+        for refused in &log.refused {
+            self.warnings.push(format!("{file}: {refused}"));
+        }
+        self.imports.insert(file.to_owned(), report);
+    }
+
+    pub(crate) fn finish(&mut self, city: &City, faults: &Faults, trimmed: i128, open: usize) {
+        self.counts = BTreeMap::from([
+            ("nodes", city.graph.node_count()),
+            ("segments", city.graph.segment_count()),
+            ("streets", city.runs.len()),
+            ("quarters", city.quarters.len()),
+            ("blocks", city.blocks.len()),
+            ("parcels", city.parcels.len()),
+            ("open parcels", open),
+            ("buildings", city.buildings.len()),
+        ]);
+        for key in city.graph.segments_by_id() {
+            let (a, b) = city.graph.line(key.forward());
+            let class = city.graph.classes().info(city.graph.segment(key).class()).name.clone();
+            *self.street_metres.entry(class).or_default() += a.distance(b);
+        }
+        self.street_metres.values_mut().for_each(|metres| *metres = round(*metres));
+        self.sliver_m2 = round(trimmed as f64 / 2.0 / (1024.0 * 1024.0));
+        self.faults = faults.sorted().iter().map(FaultReport::from).collect();
+    }
+}
+
+/// To the millimetre: what is written should not wobble with the order of sums.
+fn round(value: f64) -> f64 {
+    (value * 1000.0).round() / 1000.0
+}

@@ -1,0 +1,30 @@
+//! The place a city stands on: its maps in one local frame.
+
+use geom::{Bounds, Raster, Vec2};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A place with its maps. Local frame: x east, y north, metres, (0, 0) at the south-west corner.
+#[derive(Clone, Debug)]
+pub struct Site {
+    /// The extent of all maps, from (0, 0).
+    pub bounds: Bounds,
+    /// Coordinate reference system, e.g. `EPSG:32618`, where known.
+    pub crs: Option<String>,
+    /// Where (0, 0) lies in `crs`, where known.
+    pub origin: Option<Vec2>,
+    /// Maps by name (`elevation`, `land`, `parks`, `density`, …), values in the units of their sidecars; masks are 0 or 1.
+    pub maps: BTreeMap<String, Arc<Raster>>,
+}
+
+impl Site {
+    /// The map of that name, if there is one.
+    pub fn map(&self, name: &str) -> Option<&Arc<Raster>> {
+        self.maps.get(name)
+    }
+
+    /// Metres above sea level; 0 where there is no elevation map.
+    pub fn elevation(&self, place: Vec2) -> f64 {
+        self.map("elevation").map_or(0.0, |map| map.bilinear(place))
+    }
+}

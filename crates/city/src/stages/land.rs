@@ -1,0 +1,100 @@
+//! Land: blocks from faces, parcels from blocks, each block by itself.
+
+use super::Context;
+use crate::{BuildError, Stage, Until};
+use geom::{Id, Polygon, Seed};
+use layout::{Block, BlockSource, Parcel, Region, Use, buildable, recursive};
+use rayon::prelude::*;
+use script::{BlockContext, ParcelChoice, ParcelPattern};
+use streets::StreetGraph;
+use streets::faces::Faces;
+
+/// Blocks and parcels of a city, by id.
+pub(crate) struct Land {
+    pub blocks: Vec<Block>,
+    pub parcels: Vec<Parcel>,
+    /// Twice the area in LSB² that neither parcels nor rights-of-way cover: slivers.
+    pub trimmed: i128,
+    /// How many parcels stay open.
+    pub open: usize,
+}
+
+/// Derives blocks and, unless the build ends with streets, parcels.
+pub(crate) fn derive(
+    context: &Context,
+    graph: &StreetGraph,
+    faces: &Faces,
+    quarters: &Faces,
+    until: Until,
+) -> Result<Land, BuildError> {
+    let source = BlockSource::new(graph, faces, quarters);
+    let blocks: Vec<Block> = (0..faces.faces.len()).into_par_iter().map(|face| source.block(face)).collect();
+    let mut land = Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0 };
+    if until == Until::Streets {
+        return Ok(land);
+    }
+    let pattern = context.sources.plan.parcels.clone().map(|rule| ParcelPattern::new(rule, context.faults.clone()));
+    context.progress.begin(Stage::Parcels, land.blocks.len() as u64);
+    let divided: Vec<(Vec<Parcel>, i128)> = land
+        .blocks
+        .par_iter()
+        .map(|block| {
+            let parts = if context.cancel.is_cancelled() { Default::default() } else { divide(context, pattern.as_ref(), block) };
+            context.progress.advance(1);
+            parts
+        })
+        .collect();
+    context.check()?;
+    for (parcels, trimmed) in divided {
+        land.parcels.extend(parcels);
+        land.trimmed += trimmed;
+    }
+    land.parcels.sort_by_key(|parcel| parcel.id);
+    land.open = land.parcels.iter().filter(|parcel| parcel.usage != Use::Built).count();
+    let outcome = format!("{} parcels in {} blocks", land.parcels.len(), land.blocks.len());
+    context.progress.end(Stage::Parcels, &outcome);
+    Ok(land)
+}
+
+/// Divides one block as its rule says, region by region.
+fn divide(context: &Context, pattern: Option<&ParcelPattern>, block: &Block) -> (Vec<Parcel>, i128) {
+    let land = buildable(block);
+    let mut parcels = Vec::new();
+    let mut trimmed = land.dropped;
+    for (ordinal, region) in land.regions.iter().enumerate() {
+        let seed = Seed(context.sources.plan.seed).purpose("parcels").of(block.id).child(ordinal as u64);
+        match choose(context, pattern, &region.polygon, seed) {
+            ParcelChoice::Recursive(settings) => match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
+                Ok(division) => {
+                    parcels.extend(division.parcels);
+                    trimmed += division.trimmed;
+                }
+                // Settings are checked where the rule gives them; what slips through leaves the region whole.
+                Err(_) => parcels.push(whole(region, ordinal, Use::Built)),
+            },
+            ParcelChoice::Whole => parcels.push(whole(region, ordinal, Use::Built)),
+            ParcelChoice::Open => parcels.push(whole(region, ordinal, Use::Open)),
+        }
+    }
+    (parcels, trimmed)
+}
+
+fn choose(context: &Context, pattern: Option<&ParcelPattern>, region: &Polygon, seed: Seed) -> ParcelChoice {
+    let Some(pattern) = pattern else { return ParcelChoice::Whole };
+    let place = region.centroid();
+    pattern.choose(BlockContext {
+        area: region.area(),
+        perimeter: region.perimeter(),
+        density: context.density(place),
+        place,
+        seed,
+    })
+}
+
+/// A region as one parcel.
+fn whole(region: &Region, ordinal: usize, usage: Use) -> Parcel {
+    let id = Id::root("whole region", &[region.block.0, ordinal as u128]);
+    let access = region.access();
+    let usage = if access.is_empty() { Use::Open } else { usage };
+    Parcel { id, block: region.block, polygon: region.polygon.clone(), access, usage }
+}

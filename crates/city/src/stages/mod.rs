@@ -1,0 +1,56 @@
+//! The stages of a build, each a function of what comes before.
+
+pub(crate) mod buildings;
+pub(crate) mod land;
+pub(crate) mod streets;
+
+use crate::progress::{Cancel, Progress};
+use crate::{BuildError, Sources};
+use geom::Vec2;
+use script::Faults;
+use std::sync::Arc;
+
+/// What every stage is given.
+pub(crate) struct Context<'a> {
+    pub sources: &'a Sources,
+    pub faults: &'a Arc<Faults>,
+    pub progress: &'a dyn Progress,
+    pub cancel: &'a Cancel,
+}
+
+impl Context<'_> {
+    /// Fails when the build is to stop.
+    pub fn check(&self) -> Result<(), BuildError> {
+        if self.cancel.is_cancelled() { Err(BuildError::Cancelled) } else { Ok(()) }
+    }
+
+    /// People per km² at a place, 0 where no map tells.
+    pub fn density(&self, place: Vec2) -> f64 {
+        self.sources.site.map("density").map_or(0.0, |map| map.bilinear(place))
+    }
+}
+
+/// The names that claims, parcels and buildings refer to by number.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Origins(Vec<String>);
+
+impl Origins {
+    /// The number of a name, added if new.
+    pub fn of(&mut self, name: &str) -> u16 {
+        if let Some(at) = self.0.iter().position(|known| known == name) {
+            return at as u16;
+        }
+        self.0.push(name.to_owned());
+        (self.0.len() - 1) as u16
+    }
+
+    /// The number of a name that is there.
+    pub fn find(&self, name: &str) -> Option<u16> {
+        self.0.iter().position(|known| known == name).map(|at| at as u16)
+    }
+
+    /// All names by number.
+    pub fn into_names(self) -> Vec<String> {
+        self.0
+    }
+}

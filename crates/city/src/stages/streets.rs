@@ -1,0 +1,279 @@
+//! Streets: given and imported ones, then majors, then minors quarter by quarter, then what was removed by hand.
+
+use super::{Context, Origins};
+use crate::report::Report;
+use crate::sources::{ImportOptions, lay_streets};
+use crate::{BuildError, Stage};
+use geom::point::units;
+use geom::{Angle, Id, Point, Seed, Vec2};
+use rayon::prelude::*;
+use script::{DensityGoal, GivenLine, Rule, StreetPattern, StreetPlan};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use streets::faces::{Face, FaceKind, Faces};
+use streets::graph::{Crowding, NewSegment};
+use streets::growth::{
+    Constraints, Field, Fields, Goal, Growth, QuarterGrowth, QuarterSettings, SeedPoint, attach, grow, grow_outside,
+    grow_quarter,
+};
+use streets::{Claim, Class, Classes, NodeId, StreetGraph, StreetId};
+
+/// Right-of-way in metres of grown streets when the plan says nothing: four lanes with sidewalks; two with parking.
+const MAJOR_WIDTH: f64 = 26.0;
+const MINOR_WIDTH: f64 = 16.0;
+
+/// Majors are seeded anew farther than this many metres from every street, so that islands get theirs.
+const MAJOR_RESEED: f64 = 900.0;
+
+/// The finished street network.
+pub(crate) struct Network {
+    pub graph: StreetGraph,
+    pub origins: Origins,
+    pub names: BTreeMap<StreetId, String>,
+}
+
+/// Derives the street network of a plan.
+pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, BuildError> {
+    let classes = Classes::default();
+    let mut network =
+        Network { graph: StreetGraph::new(classes), origins: Origins::default(), names: BTreeMap::new() };
+    import(context, &mut network, report)?;
+    let fields = Arc::new(fields(context));
+    let plan = &context.sources.plan;
+    if let Some(majors) = &plan.majors {
+        grow_majors(context, &mut network, majors, &fields, report)?;
+    }
+    if let Some(minors) = &plan.minors {
+        grow_minors(context, &mut network, minors, &fields, report)?;
+    }
+    for &street in &plan.removed {
+        if !network.graph.remove_street(street) {
+            report.warn(format!("`remove` names street {street}, which is not there"));
+        }
+    }
+    Ok(network)
+}
+
+/// What growth can know of the site.
+fn fields(context: &Context) -> Fields {
+    let (site, plan) = (&context.sources.site, &context.sources.plan);
+    let map = |name: &str| site.map(name).cloned();
+    let field = |name: &str, other: f64| map(name).map_or(Field::Constant(other), Field::Map);
+    Fields {
+        bounds: site.bounds,
+        legal: map("land").into_iter().chain(plan.within.as_ref().and_then(|within| map(&within.name))).collect(),
+        barred: plan.barred.iter().filter_map(|barred| map(&barred.name)).collect(),
+        density: field("density", 1.0),
+        elevation: field("elevation", 0.0),
+        maps: site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect(),
+    }
+}
+
+/// Puts given and imported streets into the graph.
+fn import(context: &Context, network: &mut Network, report: &mut Report) -> Result<(), BuildError> {
+    let plan = &context.sources.plan;
+    let total = plan.given.len() + context.sources.imports.len();
+    if total == 0 {
+        return Ok(());
+    }
+    context.progress.begin(Stage::Import, total as u64);
+    for (ordinal, line) in plan.given.iter().enumerate() {
+        lay_given(network, line, ordinal, report);
+        context.progress.advance(1);
+    }
+    for file in &context.sources.imports {
+        context.check()?;
+        let origin = network.origins.of(&format!("import {}", file.key));
+        let options = ImportOptions { origin, ..ImportOptions::new(&file.key) };
+        let log = lay_streets(&mut network.graph, &file.streets, &options);
+        network.names.extend(log.names.iter().map(|(id, name)| (*id, name.clone())));
+        report.imported(&file.key, &log, &file.left_out);
+        context.progress.advance(1);
+    }
+    let outcome = format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
+    context.progress.end(Stage::Import, &outcome);
+    Ok(())
+}
+
+/// Lays a street drawn in the script, point by point.
+fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &mut Report) {
+    let id = Id::root("given street", &[ordinal as u128]);
+    let street = StreetId(id);
+    let width = line.width.unwrap_or(if line.class <= Classes::MAJOR { MAJOR_WIDTH } else { MINOR_WIDTH });
+    let origin = network.origins.of("given");
+    let claim = Claim { street, class: line.class, half_width: units(width / 2.0), origin, forward: true };
+    for (i, pair) in line.points.windows(2).enumerate() {
+        let new = NewSegment {
+            from: Point::from_metres(pair[0]),
+            to: Point::from_metres(pair[1]),
+            from_id: NodeId(id.child(i as u64)),
+            to_id: NodeId(id.child(i as u64 + 1)),
+            claim,
+            level: 0,
+        };
+        if let Err(refusal) = network.graph.insert(&new, Crowding::Join) {
+            report.warn(format!("given street {}, piece {}: {refusal}", ordinal + 1, i + 1));
+        }
+    }
+    if let Some(name) = &line.name {
+        network.names.insert(street, name.clone());
+    }
+}
+
+/// How streets of a plan grow, with its parameters as they are.
+fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> Result<Growth, BuildError> {
+    let is_major = class <= Classes::MAJOR;
+    let width = plan.width.unwrap_or(if is_major { MAJOR_WIDTH } else { MINOR_WIDTH });
+    let root = Id::root(if is_major { "majors" } else { "minors" }, &[]);
+    let mut growth = Growth::new(class, units(width / 2.0), seed, root);
+    growth.constraints = match plan.constraints()? {
+        Some(constraints) => constraints,
+        None if is_major => Constraints::majors(),
+        None => Constraints::default(),
+    };
+    if let Some(goal) = plan.goal()? {
+        growth.goal = goal_of(context, &goal);
+    }
+    Ok(growth)
+}
+
+fn goal_of(context: &Context, goal: &DensityGoal) -> Goal {
+    match context.sources.site.map(&goal.map.name) {
+        Some(map) => {
+            let fitted = Goal::of(Field::Map(map.clone()), goal.least, goal.pace);
+            Goal { full: goal.full.unwrap_or(fitted.full), ..fitted }
+        }
+        None => Goal::none(),
+    }
+}
+
+fn pattern(context: &Context, network: &mut Network, rule: Rule) -> StreetPattern {
+    let origin = network.origins.of(rule.name());
+    StreetPattern::new(rule, origin, Arc::new(network.graph.classes().clone()), context.faults.clone())
+}
+
+/// Majors: one derivation after another in the city's graph, from the density peak, then from wherever land that wants
+/// streets lies far from all of them.
+fn grow_majors(
+    context: &Context,
+    network: &mut Network,
+    plan: &StreetPlan,
+    fields: &Arc<Fields>,
+    report: &mut Report,
+) -> Result<(), BuildError> {
+    context.progress.begin(Stage::Majors, 0);
+    let seed = Seed(context.sources.plan.seed).purpose("majors");
+    let growth = growth_of(context, plan, Classes::MAJOR, seed)?;
+    let rules = pattern(context, network, plan.pattern.clone());
+    let cancel = || context.cancel.is_cancelled();
+    let mut ordinal = 0;
+    for place in major_seeds(context, fields, &growth.goal) {
+        context.check()?;
+        if network.graph.nearest_segment(place, units(MAJOR_RESEED), 0).is_some() {
+            continue;
+        }
+        let point = SeedPoint { at: place, heading: Angle::ZERO, root: growth.root.child(ordinal) };
+        let log = grow(&mut network.graph, &growth, &rules, fields, &[point], &cancel);
+        ordinal += u64::from(!log.accepted.is_empty());
+        report.grown("majors", &log);
+    }
+    context.check()?;
+    let outcome = format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
+    context.progress.end(Stage::Majors, &outcome);
+    Ok(())
+}
+
+/// Places to start majors at: the densest place first, then an even spread over the site; all legal and wanted.
+fn major_seeds(context: &Context, fields: &Fields, goal: &Goal) -> Vec<Point> {
+    let size = context.sources.site.bounds.size();
+    let step = (MAJOR_RESEED / 3.0).min(size.max_element() / 8.0).max(1.0);
+    let (columns, rows) = ((size.x / step).ceil() as i64, (size.y / step).ceil() as i64);
+    let mut places = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let place = Vec2::new((column as f64 + 0.5) * step, (row as f64 + 0.5) * step);
+            if fields.is_legal(place) && goal.is_met(place) {
+                places.push((goal.density.at(place), Point::from_metres(place)));
+            }
+        }
+    }
+    // Densest first; equal ones from the middle of the site outwards, then by place.
+    let middle = Point::from_metres(size / 2.0);
+    places.sort_by(|(a, p), (b, q)| {
+        let from_middle = |at: &Point| at.distance_squared(middle);
+        b.total_cmp(a).then_with(|| from_middle(p).cmp(&from_middle(q))).then_with(|| p.cmp(q))
+    });
+    places.into_iter().map(|(_, place)| place).collect()
+}
+
+/// Minors: every quarter by itself, many at once; then what lies outside all quarters; attached in the order of ids.
+fn grow_minors(
+    context: &Context,
+    network: &mut Network,
+    plan: &StreetPlan,
+    fields: &Arc<Fields>,
+    report: &mut Report,
+) -> Result<(), BuildError> {
+    let quarters = Faces::of(&network.graph, FaceKind::Quarter);
+    context.progress.begin(Stage::Minors, quarters.faces.len() as u64 + 1);
+    let outside = Quarter::new(context, network, plan, None)?;
+    let faces: Vec<(&Face, Quarter)> = quarters
+        .faces
+        .iter()
+        .map(|face| Ok((face, Quarter::new(context, network, plan, Some(face.id))?)))
+        .collect::<Result<_, BuildError>>()?;
+    let graph = &network.graph;
+    let cancel = || context.cancel.is_cancelled();
+    let fill = |(face, quarter): &(&Face, Quarter)| {
+        let grown = grow_quarter(graph, face, &quarter.settings, &quarter.rules, fields, &cancel);
+        context.progress.advance(1);
+        grown
+    };
+    let (mut grown, rim): (Vec<QuarterGrowth>, QuarterGrowth) = rayon::join(
+        || faces.par_iter().map(fill).collect(),
+        || grow_outside(graph, &quarters, &outside.settings, &outside.rules, fields, &cancel),
+    );
+    context.check()?;
+    grown.push(rim);
+    let merge = attach(&mut network.graph, &grown, &outside.settings.growth.constraints);
+    for growth in &grown {
+        report.grown("minors", &growth.log);
+    }
+    report.merged(&merge);
+    let outcome = format!(
+        "{} segments in {} quarters and outside them, {:.1} km in all",
+        merge.laid,
+        quarters.faces.len(),
+        network.graph.total_length() / 1000.0
+    );
+    context.progress.end(Stage::Minors, &outcome);
+    Ok(())
+}
+
+/// How one quarter is filled: the plan, with what differs there.
+struct Quarter {
+    settings: QuarterSettings,
+    rules: StreetPattern,
+}
+
+impl Quarter {
+    fn new(
+        context: &Context,
+        network: &mut Network,
+        plan: &StreetPlan,
+        id: Option<Id>,
+    ) -> Result<Self, BuildError> {
+        let whole = &context.sources.plan;
+        let in_quarter = |role: &str| whole.rule_in(id, role);
+        let own = StreetPlan {
+            pattern: in_quarter("minors.pattern").unwrap_or_else(|| plan.pattern.clone()),
+            constraints: in_quarter("minors.constraints").or_else(|| plan.constraints.clone()),
+            ..plan.clone()
+        };
+        let seed = id.and_then(|id| whole.seed_in(id)).unwrap_or(whole.seed);
+        let seed = Seed(seed).purpose("minors");
+        let seed = id.map_or(seed, |id| seed.of(id));
+        let growth = growth_of(context, &own, Classes::MINOR, seed)?;
+        Ok(Self { settings: QuarterSettings::new(growth), rules: pattern(context, network, own.pattern) })
+    }
+}

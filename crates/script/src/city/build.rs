@@ -1,0 +1,104 @@
+//! From the options of `city(#{ … })` to a plan.
+
+use super::site::site_of;
+use super::streets::rule_of;
+use crate::fault::Complaint;
+use crate::host::kind_of;
+use crate::param::Literal;
+use crate::plan::{MapRef, Plan, QuarterPlan, StreetPlan};
+use crate::rule::RuleKind;
+use crate::words::options::{Options, cast};
+use geom::Id;
+use rhai::{Dynamic, Map};
+use std::collections::BTreeMap;
+use streets::StreetId;
+
+/// Everything that `city(…)` knows.
+const KEYS: [&str; 12] = [
+    "site", "within", "barred", "seed", "given", "imported", "majors", "minors", "parcels", "buildings", "quarters",
+    "remove",
+];
+
+/// The plan of a city script.
+pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
+    let mut options = Options::new("city", map, &KEYS)?;
+    let rule = |value: Dynamic, key: &str, kind| rule_of(value, key, kind);
+    let mut plan = Plan {
+        site: site_of(&options.need("site")?)?,
+        within: options.of::<MapRef>("within", "a map, site.map(\"…\")")?,
+        barred: maps(&mut options)?,
+        seed: options.seed()?.unwrap_or(0),
+        given: each(options.list("given")?, "given", "a list of line(…)")?,
+        imports: imported(&mut options)?,
+        majors: options.of::<StreetPlan>("majors", "streets(…)")?,
+        minors: options.of::<StreetPlan>("minors", "streets(…)")?,
+        parcels: options.take("parcels").map(|value| rule(value, "parcels", RuleKind::Parcels)).transpose()?,
+        buildings: options.take("buildings").map(|value| rule(value, "buildings", RuleKind::Buildings)).transpose()?,
+        quarters: BTreeMap::new(),
+        removed: removed(&mut options)?,
+    };
+    plan.quarters = quarters(options.map("quarters")?, &plan)?;
+    Ok(plan)
+}
+
+/// One value of a kind, or a list of them.
+fn one_or_many(value: Option<Dynamic>) -> Vec<Dynamic> {
+    match value {
+        None => Vec::new(),
+        Some(value) if value.is_array() => value.into_array().unwrap_or_default(),
+        Some(value) => vec![value],
+    }
+}
+
+fn each<T: rhai::Variant + Clone>(values: Vec<Dynamic>, key: &str, kind: &str) -> Result<Vec<T>, Complaint> {
+    values.into_iter().map(|value| cast(value, key, kind)).collect()
+}
+
+fn maps(options: &mut Options) -> Result<Vec<MapRef>, Complaint> {
+    each(one_or_many(options.take("barred")), "barred", "a map or a list of maps")
+}
+
+fn imported<T: rhai::Variant + Clone>(options: &mut Options) -> Result<Vec<T>, Complaint> {
+    each(one_or_many(options.take("imported")), "imported", "streets_from(…) or a list of them")
+}
+
+fn removed(options: &mut Options) -> Result<Vec<StreetId>, Complaint> {
+    let texts: Vec<rhai::ImmutableString> = each(options.list("remove")?, "remove", "a list of street ids")?;
+    texts.iter().map(|text| id(text, "remove").map(StreetId)).collect()
+}
+
+/// An identity as files write it: 32 hexadecimal digits.
+fn id(text: &str, key: &str) -> Result<Id, Complaint> {
+    let whole = text.len() == 32 && text.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let wrong = || {
+        let message = format!("`{text}` is no id");
+        Complaint::new(message).hint("an id is 32 hexadecimal digits, as in layout.geojson").key(key)
+    };
+    if whole { text.parse().map_err(|_| wrong()) } else { Err(wrong()) }
+}
+
+fn quarters(map: Map, plan: &Plan) -> Result<BTreeMap<Id, QuarterPlan>, Complaint> {
+    map.into_iter().map(|(name, value)| Ok((id(&name, "quarters")?, quarter(value, plan)?))).collect()
+}
+
+/// `#{ seed: 7, block_width: 90, "parcels.least_area": 200 }`: a bare name is a parameter of the minors' pattern.
+fn quarter(value: Dynamic, plan: &Plan) -> Result<QuarterPlan, Complaint> {
+    let given = kind_of(&value);
+    let wrong = || Complaint::new(format!("a quarter is told by a map #{{ … }}, not {given}")).key("quarters");
+    let mut map: Map = value.try_cast().ok_or_else(wrong)?;
+    let seed = map.remove("seed").map(|seed| Map::from([("seed".into(), seed)]));
+    let seed = seed.map(|map| Options::new("a quarter", map, &["seed"])?.seed()).transpose()?.flatten();
+    let set = map.into_iter().map(|(name, value)| setting(&name, &value, plan)).collect::<Result<_, _>>()?;
+    Ok(QuarterPlan { seed, set })
+}
+
+fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Literal), Complaint> {
+    let address = if name.contains('.') { name.to_owned() } else { format!("minors.pattern.{name}") };
+    let complain = |error: crate::ParamError| Complaint::new(error.message).maybe_hint(error.hint).key("quarters");
+    let (role, name) = plan.address(&address).map_err(complain)?;
+    let rule = plan.rule_in(None, role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
+    let params = rule.params().with_dynamic(&name, value).map_err(complain)?;
+    let literal = params.get(&name).map(|value| value.constant().clone());
+    let literal = literal.ok_or_else(|| Complaint::new(format!("there is no parameter `{name}`")))?;
+    Ok((address, literal))
+}

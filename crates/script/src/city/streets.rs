@@ -1,0 +1,143 @@
+//! Streets of a city script: drawn, from files, grown.
+
+use crate::fault::{Complaint, Refusal};
+use crate::host::{is_inside, kind_of};
+use crate::names::hint;
+use crate::plan::{DensityGoal, GivenLine, GoalPlan, StreetImport, StreetPlan, decides};
+use crate::rule::{Rule, RuleKind};
+use crate::words::options::{Options, pair, text};
+use geom::{Point, Vec2};
+use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
+use std::collections::BTreeMap;
+use streets::{Class, Classes};
+
+/// Narrowest and widest right-of-way that a script may ask for, metres.
+const WIDTHS: (f64, f64) = (0.5, 200.0);
+
+pub(super) fn register(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<GivenLine>("line(…)")
+        .register_type_with_name::<StreetImport>("streets_from(…)")
+        .register_type_with_name::<StreetPlan>("streets(…)")
+        .register_type_with_name::<DensityGoal>("a goal");
+    FuncRegistration::new("line")
+        .with_params_info(["[[x, y], …]", "#{ class, width, name }"])
+        .with_comments(["/// A street drawn through points, in metres."])
+        .register_into_engine(engine, |points: Array, options: Map| Ok::<_, Refusal>(line(points, options)?));
+    FuncRegistration::new("line")
+        .with_params_info(["[[x, y], …]"])
+        .register_into_engine(engine, |points: Array| Ok::<_, Refusal>(line(points, Map::new())?));
+    FuncRegistration::new("streets_from")
+        .with_params_info(["file", "#{ class, width, classes, widths }"])
+        .with_comments(["/// Streets from a .geojson, .osm or .osm.pbf file beside the script."])
+        .register_into_engine(engine, |file: &str, options: Map| Ok::<_, Refusal>(import(file, options)?));
+    FuncRegistration::new("streets_from")
+        .with_params_info(["file"])
+        .register_into_engine(engine, |file: &str| Ok::<_, Refusal>(import(file, Map::new())?));
+    FuncRegistration::new("streets")
+        .with_params_info(["#{ pattern, goals, constraints, width }"])
+        .with_comments(["/// How streets of one class grow."])
+        .register_into_engine(engine, |options: Map| Ok::<_, Refusal>(streets(options)?));
+    FuncRegistration::new("density")
+        .with_params_info(["map", "#{ least, full, pace }"])
+        .with_comments(["/// Streets where the map says so: none below `least`, later branches below `full`."])
+        .register_into_engine(engine, |map: Dynamic, options: Map| Ok::<_, Refusal>(crate::words::density(&map, options)?));
+    FuncRegistration::new("density")
+        .with_params_info(["map"])
+        .register_into_engine(engine, |map: Dynamic| Ok::<_, Refusal>(crate::words::density(&map, Map::new())?));
+}
+
+fn line(points: Array, options: Map) -> Result<GivenLine, Complaint> {
+    let points: Vec<Vec2> = points.into_iter().map(on_lattice).collect::<Result<_, _>>()?;
+    let differs = |pair: &[Vec2]| Point::from_metres(pair[0]) != Point::from_metres(pair[1]);
+    if !points.windows(2).any(differs) {
+        return Err(Complaint::new("a line needs two different points").hint("line([[0, 0], [100, 0]])"));
+    }
+    let mut options = Options::new("line", options, &["class", "width", "name"])?;
+    let class = options.text("class")?.map_or(Ok(Classes::MAJOR), |name| class(&name, "class"))?;
+    Ok(GivenLine { points, class, width: width(&mut options)?, name: options.text("name")? })
+}
+
+fn on_lattice(point: Dynamic) -> Result<Vec2, Complaint> {
+    let point = pair(point)?;
+    let far = || Complaint::new("a point lies more than 500 km away");
+    Point::try_from_metres(point).map(|_| point).ok_or_else(far)
+}
+
+fn width(options: &mut Options) -> Result<Option<f64>, Complaint> {
+    options.within("width", WIDTHS.0, WIDTHS.1, " m")
+}
+
+/// A street class by name.
+fn class(name: &str, key: &str) -> Result<Class, Complaint> {
+    let classes = Classes::default();
+    let unknown = || {
+        let near = hint(name, classes.iter().map(|(_, info)| info.name.as_str()));
+        Complaint::new(format!("there is no street class `{name}`")).maybe_hint(near).key(key)
+    };
+    classes.named(name).ok_or_else(unknown)
+}
+
+/// What files of streets are called.
+const IMPORTABLE: [&str; 5] = [".geojson", ".json", ".osm", ".osm.pbf", ".pbf"];
+
+fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
+    if !is_inside(file) {
+        return Err(Complaint::new(format!("`{file}` is not a file below the script's folder")));
+    }
+    if !IMPORTABLE.iter().any(|ending| file.ends_with(ending)) {
+        let help = "streets come from .geojson, .osm and .osm.pbf files";
+        return Err(Complaint::new(format!("`{file}` is no file of streets")).hint(help));
+    }
+    let mut options = Options::new("streets_from", options, &["class", "width", "classes", "widths"])?;
+    let named = |(value, name): (_, Dynamic)| Ok((String::from(value), class(&text(name, "classes")?, "classes")?));
+    let wide = |(value, metres): (_, Dynamic)| {
+        let metres = crate::words::within("`widths`", &metres, WIDTHS.0, WIDTHS.1, " m").map_err(|c| c.key("widths"))?;
+        Ok::<_, Complaint>((String::from(value), metres))
+    };
+    Ok(StreetImport {
+        file: file.to_owned(),
+        class: options.text("class")?.map(|name| class(&name, "class")).transpose()?,
+        width: width(&mut options)?,
+        classes: options.map("classes")?.into_iter().map(named).collect::<Result<BTreeMap<_, _>, Complaint>>()?,
+        widths: options.map("widths")?.into_iter().map(wide).collect::<Result<BTreeMap<_, _>, _>>()?,
+    })
+}
+
+fn streets(options: Map) -> Result<StreetPlan, Complaint> {
+    let mut options = Options::new("streets", options, &["pattern", "goals", "constraints", "width"])?;
+    let pattern = options.need("pattern")?;
+    let plan = StreetPlan {
+        pattern: rule_of(pattern, "pattern", RuleKind::Streets)?,
+        goals: options.take("goals").map(goals).transpose()?,
+        constraints: options.take("constraints").map(|value| rule_of(value, "constraints", RuleKind::Constraints)).transpose()?,
+        width: width(&mut options)?,
+    };
+    // What is told once is asked for here already: its faults are the script's.
+    plan.goal().and_then(|_| plan.constraints()).map_err(from_rule)?;
+    Ok(plan)
+}
+
+/// A complaint about a rule that the script chose.
+fn from_rule(fault: crate::Fault) -> Complaint {
+    let spot = if fault.line > 0 { format!("{}:{}:{}", fault.file, fault.line, fault.column) } else { fault.file };
+    Complaint::new(format!("{spot}: {}", fault.message)).maybe_hint(fault.hint)
+}
+
+fn goals(value: Dynamic) -> Result<GoalPlan, Complaint> {
+    if value.is::<Rule>() {
+        return rule_of(value, "goals", RuleKind::Goals).map(GoalPlan::Rule);
+    }
+    let given = kind_of(&value);
+    let wrong = || Complaint::new(format!("`goals` must be density(…) or a rule, not {given}")).key("goals");
+    value.try_cast().map(GoalPlan::Fixed).ok_or_else(wrong)
+}
+
+/// A rule that decides what a role needs.
+pub(super) fn rule_of(value: Dynamic, key: &str, kind: RuleKind) -> Result<Rule, Complaint> {
+    let given = kind_of(&value);
+    let wrong = || Complaint::new(format!("`{key}` must be rule(\"…\"), not {given}")).key(key);
+    let rule: Rule = value.try_cast().ok_or_else(wrong)?;
+    decides(&rule, kind).map_err(|(message, help)| Complaint::new(message).maybe_hint(help).key(key))?;
+    Ok(rule)
+}

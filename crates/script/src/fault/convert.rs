@@ -1,0 +1,220 @@
+//! From Rhai's errors to faults: the innermost file and position, plain words, a hint.
+
+use super::{Complaint, Fault, text};
+use crate::host::{Texts, Vocabulary};
+use crate::names::{hint, nearest};
+use rhai::{Dynamic, EvalAltResult, ParseErrorType, Position};
+use std::any::Any;
+
+/// What turning an error into a fault needs to know.
+pub(crate) struct Diagnosis<'a> {
+    /// The script that was run.
+    pub file: &'a str,
+    /// The texts of all scripts read so far.
+    pub texts: &'a Texts,
+    /// The words that scripts may use.
+    pub vocabulary: &'a Vocabulary,
+    /// How many operations the script could take.
+    pub operations: u64,
+}
+
+/// An error's file and position while its frames are peeled off.
+struct Spot {
+    file: String,
+    position: Position,
+}
+
+/// What a message says, what helps, and the options key it is about.
+type Words = Complaint;
+
+/// The fault of a Rhai error: placed where the innermost frame failed.
+pub(crate) fn of_error(error: Box<EvalAltResult>, diagnosis: &Diagnosis<'_>) -> Fault {
+    let mut spot = Spot { file: diagnosis.file.to_owned(), position: Position::NONE };
+    let inner = innermost(error, &mut spot);
+    if let EvalAltResult::ErrorRuntime(payload, _) = &*inner
+        && let Some(fault) = payload.read_lock::<Fault>()
+    {
+        // A rule that a city script loads has told its own fault already.
+        return fault.clone();
+    }
+    let words = words_of(*inner, diagnosis, &spot.file);
+    let line = spot.position.line().unwrap_or(0) as u32;
+    let column = if line == 0 { 0 } else { spot.position.position().unwrap_or(1) as u32 };
+    let (line, column) = on_key(&words, diagnosis, &spot.file, (line, column));
+    Fault { line, column, hint: words.hint, ..Fault::new(spot.file, words.message) }
+}
+
+/// The fault of a panic in native code: a defect of the program, never of the script.
+pub(crate) fn of_panic(file: &str, payload: &(dyn Any + Send)) -> Fault {
+    let text = payload.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+    let message = format!("the program failed inside: {}", text.as_deref().unwrap_or("no reason given"));
+    Fault::new(file, message).with_hint(Some("this is a defect of the program, please report it".into()))
+}
+
+/// Peels off the frames of calls and modules; the outer position counts where the inner one is unknown.
+fn innermost(mut error: Box<EvalAltResult>, spot: &mut Spot) -> Box<EvalAltResult> {
+    loop {
+        let own = error.position();
+        if !own.is_none() {
+            spot.position = own;
+        }
+        let (file, inner) = match *error {
+            EvalAltResult::ErrorInFunctionCall(_, file, inner, _) | EvalAltResult::ErrorInModule(file, inner, _) => {
+                (file, inner)
+            }
+            other => return Box::new(other),
+        };
+        if !file.is_empty() && !inner_position(&inner).is_none() {
+            spot.file = file;
+        }
+        error = inner;
+    }
+}
+
+/// The position of an error or, where it has none, of the error inside it.
+fn inner_position(error: &EvalAltResult) -> Position {
+    match error {
+        EvalAltResult::ErrorInFunctionCall(_, _, inner, at) | EvalAltResult::ErrorInModule(_, inner, at) if at.is_none() => {
+            inner_position(inner)
+        }
+        other => other.position(),
+    }
+}
+
+/// Moves the position onto the options key that is to blame.
+fn on_key(words: &Words, diagnosis: &Diagnosis<'_>, file: &str, at: (u32, u32)) -> (u32, u32) {
+    let Some(key) = &words.key else { return at };
+    let Some(text) = diagnosis.texts.get(file) else { return at };
+    text::key_position(&text, at.0, at.1, key).unwrap_or(at)
+}
+
+fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+    use EvalAltResult as E;
+    match error {
+        E::ErrorRuntime(payload, _) => thrown(&payload),
+        E::ErrorParsing(kind, _) => syntax(&kind, diagnosis, file),
+        E::ErrorFunctionNotFound(signature, _) => unknown_function(&signature, diagnosis.vocabulary),
+        E::ErrorVariableNotFound(name, _) => unknown_variable(&name, diagnosis, file),
+        E::ErrorPropertyNotFound(name, _) => Complaint::new(format!("there is no `{name}` in this map")),
+        E::ErrorDotExpr(message, _) => unknown_property(&message, diagnosis.vocabulary),
+        E::ErrorTooManyOperations(_) => {
+            let limit = diagnosis.operations;
+            Complaint::new(format!("stopped after {limit} operations")).hint("is there an endless loop?")
+        }
+        E::ErrorStackOverflow(_) => {
+            Complaint::new("calls are nested too deeply").hint("does a function call itself without an end?")
+        }
+        E::ErrorDataTooLarge(kind, _) => too_large(&kind),
+        E::ErrorMismatchOutputType(wanted, got, _) | E::ErrorMismatchDataType(wanted, got, _) => {
+            Complaint::new(format!("expected {}, got {}", plain_type(&wanted), plain_type(&got)))
+        }
+        E::ErrorArithmetic(message, _) => Complaint::new(lower_first(&message)),
+        other => {
+            let mut other = other;
+            other.set_position(Position::NONE);
+            Complaint::new(lower_first(&other.to_string()))
+        }
+    }
+}
+
+/// A native word's complaint, or what a script itself threw.
+fn thrown(payload: &Dynamic) -> Words {
+    let text = || Complaint::new(payload.to_string());
+    payload.read_lock::<Complaint>().map_or_else(text, |complaint| complaint.clone())
+}
+
+fn too_large(kind: &str) -> Words {
+    let what = match kind {
+        k if k.contains("rray") => "a list",
+        k if k.contains("tring") => "a text",
+        k if k.contains("ap") => "a map",
+        _ => "a value",
+    };
+    Complaint::new(format!("{what} grew too large")).hint("does a loop collect more than it should?")
+}
+
+fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+    match kind {
+        ParseErrorType::VariableUndefined(name) => unknown_variable(name, diagnosis, file),
+        ParseErrorType::ModuleUndefined(name) => {
+            Complaint::new(format!("no module is imported as `{name}`")).hint(format!("import \"…\" as {name};"))
+        }
+        ParseErrorType::Reserved(symbol) if symbol.starts_with("**") => powers_are_a_function(),
+        ParseErrorType::PropertyExpected => Complaint::new("expecting the name of a property")
+            .hint("keywords are no names: city(#{ … }) takes `imported`, not `import`"),
+        ParseErrorType::UnknownOperator(symbol) if symbol.starts_with("**") => powers_are_a_function(),
+        other => Complaint::new(lower_first(&other.to_string())),
+    }
+}
+
+fn powers_are_a_function() -> Words {
+    Complaint::new("there is no operator `**`").hint("write pow(x, y): it gives the same digits on every computer")
+}
+
+fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
+    let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ""));
+    let given = arguments.trim_end_matches(')');
+    let forms = vocabulary.forms_of(name);
+    if forms.is_empty() {
+        let near = nearest(name, vocabulary.functions()).map(|name| format!("did you mean `{name}`?"));
+        return Complaint::new(format!("there is no function `{name}`")).maybe_hint(near);
+    }
+    let given = plain_types(given);
+    Complaint::new(format!("`{name}` does not take ({given})")).hint(format!("it is written {}", forms.join(" or ")))
+}
+
+fn unknown_variable(name: &str, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+    let text = diagnosis.texts.get(file);
+    let near = text.as_deref().and_then(|text| nearest(name, declared(text)).map(str::to_owned));
+    let help = match near {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "a function sees only its arguments and, as `global::NAME`, the constants of its file".into(),
+    };
+    Complaint::new(format!("there is no variable `{name}` here")).hint(help)
+}
+
+/// Names that a script declares: what follows `let`, `const` and `for`, and what stands in the brackets of `fn`.
+fn declared(text: &str) -> Vec<&str> {
+    let heads = text.lines().filter_map(|line| line.trim_start().strip_prefix("fn ").and_then(|l| l.split('(').nth(1)));
+    let parameters = heads.flat_map(|list| text::identifiers(list.split(')').next().unwrap_or("")));
+    let words: Vec<&str> = text::identifiers(text).collect();
+    let named = words.windows(2).filter(|pair| ["let", "const", "for"].contains(&pair[0])).map(|pair| pair[1]);
+    named.chain(parameters).collect()
+}
+
+/// Rhai says: Unknown property 'x' - a getter is not registered for type 'T'.
+fn unknown_property(message: &str, vocabulary: &Vocabulary) -> Words {
+    let mut quoted = message.split('\'').skip(1).step_by(2);
+    let (Some(property), Some(kind)) = (quoted.next(), quoted.next()) else {
+        return Complaint::new(lower_first(message));
+    };
+    let verb = if message.starts_with("No writable") { "cannot be given" } else { "has no" };
+    let help = hint(property, vocabulary.properties_of(kind));
+    Complaint::new(format!("{} {verb} `{property}`", plain_type(kind))).maybe_hint(help)
+}
+
+fn plain_types(list: &str) -> String {
+    list.split(", ").map(plain_type).collect::<Vec<_>>().join(", ")
+}
+
+/// A Rhai type in the words of a rule writer.
+pub(crate) fn plain_type(name: &str) -> String {
+    match name.trim() {
+        "" => String::new(),
+        "i64" => "a whole number".into(),
+        "f64" => "a number".into(),
+        "bool" => "true or false".into(),
+        "()" => "nothing".into(),
+        "array" => "a list".into(),
+        "map" => "a map #{ … }".into(),
+        "Fn" => "a function".into(),
+        name if name.contains("tring") || name.contains("str") => "a text".into(),
+        name => name.into(),
+    }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |first| first.to_lowercase().chain(chars).collect())
+}

@@ -1,0 +1,87 @@
+//! Calling a rule's function a million times: everything that one call leaves behind for the next is kept.
+
+use crate::fault::{Complaint, Fault, Refusal};
+use crate::rule::{Entry, Rule, RuleKind, Stage};
+use rhai::Dynamic;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What a script holds of a native value during one call: `tip`, `block`, `shape`.
+#[derive(Debug)]
+pub(crate) struct Handle<C>(Arc<Mutex<Option<C>>>);
+
+impl<C> Clone for Handle<C> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
+
+impl<C> Handle<C> {
+    fn empty() -> Self {
+        Self(Arc::new(Mutex::new(None)))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<C>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Works on the value. Refused once the call is over.
+    pub fn with<R>(&self, work: impl FnOnce(&mut C) -> Result<R, Complaint>) -> Result<R, Refusal> {
+        match self.lock().as_mut() {
+            Some(value) => Ok(work(value)?),
+            None => Err(Complaint::new("this value was kept from an earlier call").into()),
+        }
+    }
+}
+
+/// What is kept between the calls of one thread.
+struct Desk<C> {
+    stage: Stage,
+    handle: Handle<C>,
+}
+
+/// A function of a rule, ready to be called from any thread.
+pub(crate) struct Caller<C> {
+    rule: Rule,
+    entry: Entry,
+    params: Dynamic,
+    desks: Mutex<Vec<Desk<C>>>,
+}
+
+impl<C: Send + 'static> Caller<C> {
+    /// The function of a kind that the rule has.
+    pub fn new(rule: Rule, kind: RuleKind) -> Self {
+        let (entry, params) = (rule.entry(kind), Dynamic::from(rule.params().ready()));
+        Self { rule, entry, params, desks: Mutex::new(Vec::new()) }
+    }
+
+    /// The rule.
+    pub fn rule(&self) -> &Rule {
+        &self.rule
+    }
+
+    /// Calls the function with a context, and gives the context back as the function left it.
+    pub fn call(&self, context: C) -> Result<C, Box<Fault>> {
+        let mut desk = self.take_desk();
+        *desk.handle.lock() = Some(context);
+        let arguments = [Dynamic::from(desk.handle.clone()), self.params.clone()];
+        // A desk that saw an error or a panic is thrown away: nothing of it is used again.
+        match catch_unwind(AssertUnwindSafe(|| self.rule.run(&self.entry, &mut desk.stage, arguments))) {
+            Ok(Ok(_)) => {}
+            Ok(Err(error)) => return Err(Box::new(self.rule.fault_of(error))),
+            Err(panic) => return Err(Box::new(self.rule.fault_of_panic(&*panic))),
+        }
+        let left = desk.handle.lock().take();
+        self.lock().push(desk);
+        left.ok_or_else(|| Box::new(Fault::new(self.rule.path(), "the call lost its value")))
+    }
+
+    fn take_desk(&self) -> Desk<C> {
+        let idle = self.lock().pop();
+        idle.unwrap_or_else(|| Desk { stage: self.rule.stage(), handle: Handle::empty() })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Desk<C>>> {
+        self.desks.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

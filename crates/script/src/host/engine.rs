@@ -1,0 +1,78 @@
+//! The one place where a Rhai engine is made.
+
+use super::maths;
+use super::resolver::Resolver;
+use rhai::Engine;
+use rhai::packages::{
+    ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
+    LogicPackage, MoreStringPackage, Package,
+};
+
+/// How much a script may do in one go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// Operations per evaluation of a file or call of a function.
+    pub operations: u64,
+    /// Elements of a list, all nested ones counted.
+    pub elements: usize,
+    /// Characters of a text.
+    pub characters: usize,
+}
+
+impl Limits {
+    /// For a rule: it is called a million times.
+    pub const RULE: Self = Self { operations: 100_000, elements: 1_000, characters: 10_000 };
+    /// For a city script: it runs once, and may list streets point by point.
+    pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, characters: 100_000 };
+}
+
+/// Calls inside calls.
+const CALL_LEVELS: usize = 40;
+/// Brackets inside brackets.
+const EXPRESSION_DEPTH: usize = 48;
+
+/// An engine with the whole policy of the rule language and none of its words:
+///
+/// - **No file, clock, chance or thread.** A raw engine with chosen packages: arithmetic, logic, lists, maps, texts,
+///   ranges, function pointers. Left out are `eval`, `timestamp`, `sleep`, `exit`, `rand`, reflection, blobs.
+/// - **The same digits everywhere.** `sin`, `exp`, `pow` … come from `libm` ([`maths`]); the operator `**`, which Rhai
+///   computes with the platform's library, is switched off (overriding it would cost a third of all speed).
+/// - **Limits decide faults**, the same on every computer: operations, call levels, expression depth, sizes of texts,
+///   lists and maps, variables, functions, imports.
+/// - **Strict.** Unknown variables are errors when a file is read; so are unknown keys of maps when asked for. A variable
+///   may be declared again (shadowed), as in Rust.
+/// - **Imports** go through [`Resolver`]: inside the libraries only, cycles refused, each file read once.
+/// - `print` and `debug` say nothing until the owner of the engine listens.
+pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
+    let mut engine = Engine::new_raw();
+    packages(&mut engine);
+    maths::register(&mut engine);
+    for symbol in ["eval", "**", "**="] {
+        engine.disable_symbol(symbol);
+    }
+    engine
+        .set_strict_variables(true)
+        .set_fail_on_invalid_map_property(true)
+        .set_max_operations(limits.operations)
+        .set_max_array_size(limits.elements)
+        .set_max_map_size(1_000)
+        .set_max_string_size(limits.characters)
+        .set_max_call_levels(CALL_LEVELS)
+        .set_max_expr_depths(EXPRESSION_DEPTH, EXPRESSION_DEPTH)
+        .set_max_variables(500)
+        .set_max_functions(500)
+        .set_max_modules(50)
+        .set_module_resolver(resolver);
+    engine
+}
+
+fn packages(engine: &mut Engine) {
+    ArithmeticPackage::new().register_into_engine(engine);
+    LogicPackage::new().register_into_engine(engine);
+    BasicArrayPackage::new().register_into_engine(engine);
+    BasicMapPackage::new().register_into_engine(engine);
+    BasicStringPackage::new().register_into_engine(engine);
+    MoreStringPackage::new().register_into_engine(engine);
+    BasicIteratorPackage::new().register_into_engine(engine);
+    BasicFnPackage::new().register_into_engine(engine);
+}

@@ -1,0 +1,164 @@
+//! Where rules come from: libraries asked one after another, the last one embedded in the program.
+
+use crate::fault::Fault;
+use crate::names::hint;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Debug;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The text of a script and the name that messages call it by.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The script.
+    pub text: String,
+    /// What a person knows it as: a path, or `streets/grid.rhai (built in)`.
+    pub path: String,
+}
+
+/// A place that holds rule files. This crate reads no files: `city` implements it on folders.
+pub trait Library: Send + Sync + Debug {
+    /// The file of that name (`streets/grid.rhai`, `/` between the parts, never `..`): `None` when it is not there, an
+    /// error when it is there but cannot be read.
+    fn read(&self, name: &str) -> Option<Result<Source, String>>;
+
+    /// What the place is called in messages.
+    fn place(&self) -> String;
+
+    /// The names it holds, with `.rhai`: for suggestions and listings.
+    fn names(&self) -> Vec<String>;
+}
+
+/// The files of the `rules` folder, embedded: name with `.rhai`, text.
+const EMBEDDED: [(&str, &str); 5] = [
+    ("buildings/extruded.rhai", include_str!("../../../../rules/buildings/extruded.rhai")),
+    ("constraints/standard.rhai", include_str!("../../../../rules/constraints/standard.rhai")),
+    ("goals/settled.rhai", include_str!("../../../../rules/goals/settled.rhai")),
+    ("parcels/recursive.rhai", include_str!("../../../../rules/parcels/recursive.rhai")),
+    ("streets/grid.rhai", include_str!("../../../../rules/streets/grid.rhai")),
+];
+
+/// The library that the program carries.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Embedded;
+
+impl Library for Embedded {
+    fn read(&self, name: &str) -> Option<Result<Source, String>> {
+        let (_, text) = EMBEDDED.iter().find(|(file, _)| *file == name)?;
+        Some(Ok(Source { text: (*text).to_owned(), path: format!("rules/{name}") }))
+    }
+
+    fn place(&self) -> String {
+        "the built-in library".into()
+    }
+
+    fn names(&self) -> Vec<String> {
+        EMBEDDED.iter().map(|(name, _)| (*name).to_owned()).collect()
+    }
+}
+
+/// The libraries of one run in the order they are asked.
+#[derive(Clone, Debug)]
+pub(crate) struct Shelves(Arc<[Arc<dyn Library>]>);
+
+impl Shelves {
+    /// The given libraries, then the embedded one.
+    pub fn new(libraries: Vec<Arc<dyn Library>>) -> Self {
+        Self(libraries.into_iter().chain([Arc::new(Embedded) as Arc<dyn Library>]).collect())
+    }
+
+    /// Reads a script by its name without `.rhai`, e.g. `streets/grid`.
+    pub fn read(&self, name: &str) -> Result<Source, Fault> {
+        let name = name.strip_suffix(".rhai").unwrap_or(name);
+        if !is_inside(name) {
+            let help = "a rule is named by folder and file, such as \"streets/grid\"";
+            return Err(Fault::new(name, "names nothing inside a rule library").with_hint(Some(help.into())));
+        }
+        let file = format!("{name}.rhai");
+        match self.0.iter().find_map(|library| library.read(&file)) {
+            Some(found) => found.map_err(|reason| Fault::new(file, reason)),
+            None => Err(self.missing(name)),
+        }
+    }
+
+    /// All names without `.rhai`.
+    pub fn names(&self) -> BTreeSet<String> {
+        let all = self.0.iter().flat_map(|library| library.names());
+        all.map(|name| name.strip_suffix(".rhai").unwrap_or(&name).to_owned()).collect()
+    }
+
+    fn missing(&self, name: &str) -> Fault {
+        let places: Vec<String> = self.0.iter().map(|library| library.place()).collect();
+        let names = self.names();
+        let message = format!("there is no rule of that name in {}", places.join(", "));
+        Fault::new(name, message).with_hint(hint(name, names.iter().map(String::as_str)))
+    }
+}
+
+/// Whether a name stays inside a library: plain parts between slashes.
+pub(crate) fn is_inside(name: &str) -> bool {
+    let plain = |part: &str| {
+        !part.is_empty() && !part.starts_with('.') && part.chars().all(|c| c.is_alphanumeric() || "_-. ".contains(c))
+    };
+    name.split('/').all(plain)
+}
+
+/// The texts of all scripts read so far, by the path that messages use.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Texts(Arc<Mutex<BTreeMap<String, Arc<str>>>>);
+
+impl Texts {
+    /// Keeps a text.
+    pub fn keep(&self, source: &Source) {
+        let mut texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        texts.insert(source.path.clone(), source.text.as_str().into());
+    }
+
+    /// The text of a script.
+    pub fn get(&self, path: &str) -> Option<Arc<str>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::{Path, PathBuf};
+
+    fn files_below(folder: &Path, root: &Path, found: &mut Vec<String>) {
+        let mut entries: Vec<PathBuf> =
+            std::fs::read_dir(folder).expect("the rules folder").map(|e| e.expect("an entry").path()).collect();
+        entries.sort();
+        for path in entries {
+            if path.is_dir() {
+                files_below(&path, root, found);
+            } else if path.extension().is_some_and(|e| e == "rhai") {
+                found.push(path.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/"));
+            }
+        }
+    }
+
+    #[test]
+    fn the_embedded_library_is_the_rules_folder() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rules");
+        let mut found = Vec::new();
+        files_below(&root, &root, &mut found);
+        assert_eq!(Embedded.names(), found);
+    }
+
+    #[test]
+    fn names_stay_inside() {
+        for good in ["streets/grid", "mine", "a/b/c-d_e"] {
+            assert!(is_inside(good), "{good}");
+        }
+        for bad in ["", "/etc/passwd", "../x", "a/../b", "a//b", "./a", "a\\b", "C:/x", "a/", "a/.."] {
+            assert!(!is_inside(bad), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_missing_rule_says_where_and_what_is_near() {
+        let fault = Shelves::new(vec![]).read("streets/gird").expect_err("there is none");
+        assert_eq!(fault.message, "there is no rule of that name in the built-in library");
+        assert_eq!(fault.hint.as_deref(), Some("did you mean `streets/grid`?"));
+    }
+}

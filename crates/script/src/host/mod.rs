@@ -1,0 +1,26 @@
+//! Engines, libraries, and everything else that runs scripts.
+
+mod call;
+mod check;
+mod engine;
+mod library;
+mod maths;
+mod resolver;
+mod vocabulary;
+
+pub(crate) use call::{Caller, Handle};
+pub(crate) use check::unknown_words;
+pub(crate) use engine::{Limits, engine};
+pub(crate) use library::{Shelves, Texts, is_inside};
+pub use library::{Embedded, Library, Source};
+pub(crate) use maths::{number, numeric};
+pub(crate) use resolver::{Modules, Reading, Resolver};
+pub(crate) use vocabulary::Vocabulary;
+
+use crate::fault::plain_type;
+use rhai::Dynamic;
+
+/// What a value is, in words.
+pub(crate) fn kind_of(value: &Dynamic) -> String {
+    plain_type(value.type_name().rsplit("::").next().unwrap_or_default().to_lowercase().as_str())
+}

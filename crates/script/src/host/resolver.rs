@@ -1,0 +1,134 @@
+//! `import`: only inside the libraries, never in a circle, each file read once.
+
+use super::library::{Shelves, Texts};
+use crate::fault::{Complaint, Fault};
+use geom::Id;
+use rhai::{Engine, EvalAltResult, Module, ModuleResolver, Position, Scope, Shared};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+
+/// A file that was read: its name and the hash of its text.
+pub(crate) type Reading = (String, Id);
+
+/// A loaded module with all files that went into it.
+#[derive(Clone, Debug)]
+struct Loaded {
+    module: Shared<Module>,
+    readings: BTreeSet<Reading>,
+}
+
+/// Modules loaded so far, shared by all engines of a host.
+pub(crate) type Modules = Arc<RwLock<BTreeMap<String, LoadedModule>>>;
+
+/// Opaque to all but the resolver.
+#[derive(Clone, Debug)]
+pub(crate) struct LoadedModule(Loaded);
+
+/// Imports deeper than this are refused: each level needs stack.
+const DEEPEST: usize = 12;
+
+thread_local! {
+    /// The files being loaded on this thread, outermost first, each with what it has read so far.
+    static OPEN: RefCell<Vec<(String, BTreeSet<Reading>)>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Resolves imports for one script.
+#[derive(Clone, Debug)]
+pub(crate) struct Resolver {
+    shelves: Shelves,
+    texts: Texts,
+    modules: Modules,
+    /// What the script has imported, directly or not.
+    readings: Arc<Mutex<BTreeSet<Reading>>>,
+}
+
+impl Resolver {
+    /// A resolver over libraries that shares what is loaded.
+    pub fn new(shelves: Shelves, texts: Texts, modules: Modules) -> Self {
+        Self { shelves, texts, modules, readings: Arc::default() }
+    }
+
+    /// Everything imported so far.
+    pub fn readings(&self) -> BTreeSet<Reading> {
+        self.readings.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn load(&self, engine: &Engine, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
+        let known = self.modules.read().unwrap_or_else(PoisonError::into_inner).get(name).cloned();
+        if let Some(LoadedModule(loaded)) = known {
+            return Ok(loaded);
+        }
+        let _open = Opened::new(name)?;
+        let loaded = self.read(engine, name)?;
+        let mut modules = self.modules.write().unwrap_or_else(PoisonError::into_inner);
+        modules.insert(name.to_owned(), LoadedModule(loaded.clone()));
+        Ok(loaded)
+    }
+
+    fn read(&self, engine: &Engine, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
+        let source = self.shelves.read(name).map_err(complaint_of)?;
+        self.texts.keep(&source);
+        let inside = |error| EvalAltResult::ErrorInModule(source.path.clone(), error, Position::NONE);
+        let mut ast = engine.compile(&source.text).map_err(|error| inside(error.into()))?;
+        ast.set_source(source.path.as_str());
+        let module = Module::eval_ast_as_new(Scope::new(), &ast, engine).map_err(inside)?;
+        let mut readings = OPEN.with_borrow_mut(|open| open.last_mut().map(|(_, r)| std::mem::take(r))).unwrap_or_default();
+        readings.insert((name.to_owned(), Id::of_text("script", &source.text)));
+        Ok(Loaded { module: module.into(), readings })
+    }
+}
+
+impl ModuleResolver for Resolver {
+    fn resolve(
+        &self,
+        engine: &Engine,
+        _: Option<&str>,
+        path: &str,
+        at: Position,
+    ) -> Result<Shared<Module>, Box<EvalAltResult>> {
+        let name = path.strip_suffix(".rhai").unwrap_or(path);
+        let loaded = self.load(engine, name).map_err(|mut error| {
+            if error.position().is_none() && !matches!(*error, EvalAltResult::ErrorInModule(..)) {
+                error.set_position(at);
+            }
+            error
+        })?;
+        OPEN.with_borrow_mut(|open| {
+            if let Some((_, readings)) = open.last_mut() {
+                readings.extend(loaded.readings.iter().cloned());
+            }
+        });
+        self.readings.lock().unwrap_or_else(PoisonError::into_inner).extend(loaded.readings);
+        Ok(loaded.module)
+    }
+}
+
+fn complaint_of(fault: Fault) -> Box<EvalAltResult> {
+    Complaint::new(format!("cannot import `{}`: {}", fault.file, fault.message)).maybe_hint(fault.hint).into()
+}
+
+/// A file on the stack of those being loaded; leaves it when dropped.
+struct Opened;
+
+impl Opened {
+    fn new(name: &str) -> Result<Self, Box<EvalAltResult>> {
+        OPEN.with_borrow_mut(|open| {
+            if let Some(start) = open.iter().position(|(file, _)| file == name) {
+                let circle: Vec<&str> = open[start..].iter().map(|(file, _)| file.as_str()).chain([name]).collect();
+                return Err(Complaint::new(format!("imports go in a circle: {}", circle.join(" → "))).into());
+            }
+            if open.len() >= DEEPEST {
+                return Err(Complaint::new("imports are nested too deeply").into());
+            }
+            open.push((name.to_owned(), BTreeSet::new()));
+            Ok(Self)
+        })
+    }
+}
+
+impl Drop for Opened {
+    fn drop(&mut self) {
+        OPEN.with_borrow_mut(|open| drop(open.pop()));
+    }
+}

@@ -1,0 +1,78 @@
+//! The words that a script may use, read back from its engine: for hints and for checks before a run.
+
+use rhai::{AST, Engine};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Functions and properties by name.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Vocabulary {
+    forms: BTreeMap<String, BTreeSet<String>>,
+    properties: BTreeMap<String, BTreeSet<String>>,
+}
+
+/// What Rhai itself provides without registration.
+const BUILT_IN: [&str; 9] = ["type_of", "Fn", "call", "curry", "is_shared", "is_def_fn", "is_def_var", "print", "debug"];
+
+impl Vocabulary {
+    /// All words of an engine, and the functions of a script.
+    pub fn of(engine: &Engine, ast: &AST) -> Self {
+        let mut words = Self::default();
+        for signature in engine.gen_fn_signatures(true) {
+            words.read(&signature);
+        }
+        for function in ast.iter_functions() {
+            let form = format!("{}({})", function.name, function.params.join(", "));
+            words.forms.entry(function.name.to_owned()).or_default().insert(form);
+        }
+        words.forms.extend(BUILT_IN.map(|name| (name.to_owned(), BTreeSet::from([format!("{name}(…)")]))));
+        words
+    }
+
+    /// Reads `name(a: type, …) -> type`, or `get$name(type)`.
+    fn read(&mut self, signature: &str) {
+        let Some((name, rest)) = signature.split_once('(') else { return };
+        let arguments = rest.split(") ->").next().unwrap_or(rest).trim_end_matches(')');
+        let name = name.trim();
+        if let Some(property) = name.strip_prefix("get$").or_else(|| name.strip_prefix("get ")) {
+            let kind = arguments.rsplit(':').next().unwrap_or("").trim().trim_start_matches("&mut ");
+            self.properties.entry(kind.to_owned()).or_default().insert(property.to_owned());
+        } else if is_identifier(name) {
+            let form = format!("{name}({})", plain_arguments(arguments));
+            self.forms.entry(name.to_owned()).or_default().insert(form);
+        }
+    }
+
+    /// Whether something is called so.
+    pub fn has_function(&self, name: &str) -> bool {
+        self.forms.contains_key(name)
+    }
+
+    /// All function names.
+    pub fn functions(&self) -> impl Iterator<Item = &str> + Clone {
+        self.forms.keys().map(String::as_str)
+    }
+
+    /// How a function is written, at most three ways.
+    pub fn forms_of(&self, name: &str) -> Vec<String> {
+        self.forms.get(name).map(|forms| forms.iter().take(3).cloned().collect()).unwrap_or_default()
+    }
+
+    /// What can be asked of a type.
+    pub fn properties_of(&self, kind: &str) -> impl Iterator<Item = &str> + Clone {
+        self.properties.get(kind).into_iter().flatten().map(String::as_str)
+    }
+}
+
+/// Argument names alone; for unnamed arguments their types.
+fn plain_arguments(list: &str) -> String {
+    let plain = |argument: &str| {
+        let (name, kind) = argument.split_once(':').unwrap_or((argument, ""));
+        if name.trim() == "_" { kind.trim().to_owned() } else { name.trim().to_owned() }
+    };
+    list.split(", ").map(plain).filter(|name| name != "this").collect::<Vec<_>>().join(", ")
+}
+
+fn is_identifier(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}

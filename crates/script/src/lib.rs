@@ -1,0 +1,72 @@
+//! The Rhai rule host: the only crate that names rhai.
+//!
+//! A [`Host`] finds scripts in its libraries. A rule file becomes a [`Rule`]: its parameters ([`ParamSet`]) and the
+//! function that makes it decide something ([`RuleKind`]). A city script becomes a [`Plan`]: plain data and rules. At
+//! build time [`StreetPattern`], [`ParcelPattern`] and [`BuildingPattern`] let kernels ask rules from any thread; what
+//! goes wrong is collected in [`Faults`], and the city goes on without it.
+//!
+//! What rule writers read is `rules/README.md`.
+
+mod city;
+mod fault;
+mod host;
+mod names;
+mod param;
+mod plan;
+mod rule;
+mod words;
+
+pub use city::{Evaluated, SiteInfo, SiteRequest, Sites};
+pub use fault::{Fault, Faults};
+pub use host::{Embedded, Library, Source};
+pub use param::{Domain, Literal, Param, ParamError, ParamSet, Unit, Value};
+pub use plan::{
+    DensityGoal, GivenLine, GoalPlan, MapOptions, MapRef, Plan, QuarterPlan, RoleParam, SitePlan, StreetImport, StreetPlan,
+};
+pub use rule::{Rule, RuleKind};
+pub use words::{
+    BlockContext, BuildingChoice, BuildingPattern, ParcelChoice, ParcelPattern, ShapeContext, StreetPattern,
+};
+
+use host::{Modules, Shelves, Texts};
+use rule::Surroundings;
+use std::sync::Arc;
+
+/// Finds and loads scripts. Each file is read at most once per use; make a new host to read changed files.
+#[derive(Clone, Debug)]
+pub struct Host {
+    around: Surroundings,
+}
+
+impl Host {
+    /// A host that looks into the given libraries in order, then into the built-in one.
+    pub fn new(libraries: Vec<Arc<dyn Library>>) -> Self {
+        let around = Surroundings {
+            shelves: Shelves::new(libraries),
+            texts: Texts::default(),
+            modules: Modules::default(),
+        };
+        Self { around }
+    }
+
+    /// A rule by name, e.g. `streets/grid`, with its parameters at their defaults.
+    pub fn rule(&self, name: &str) -> Result<Rule, Fault> {
+        let source = self.around.shelves.read(name)?;
+        Rule::load(name, &source, &self.around)
+    }
+
+    /// A rule from its text.
+    pub fn rule_of(&self, name: &str, source: &Source) -> Result<Rule, Fault> {
+        Rule::load(name, source, &self.around)
+    }
+
+    /// The names of all rules and other scripts in the libraries, in alphabetical order.
+    pub fn names(&self) -> Vec<String> {
+        self.around.shelves.names().into_iter().collect()
+    }
+
+    /// Runs a city script; `sites` tells what folders of maps hold.
+    pub fn plan(&self, source: &Source, sites: Arc<dyn Sites>) -> Result<Evaluated, Fault> {
+        city::evaluate(source, &self.around, sites)
+    }
+}

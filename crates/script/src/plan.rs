@@ -1,0 +1,317 @@
+//! What a city script asks for, as plain data: the input of every stage.
+
+use crate::fault::Fault;
+use crate::param::{Literal, ParamError};
+use crate::rule::{Rule, RuleKind};
+use geom::{Id, Vec2};
+use std::collections::BTreeMap;
+use streets::growth::Constraints;
+use streets::{Class, StreetId};
+
+/// A map of the site, by name.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct MapRef {
+    /// Its name, e.g. `density`: a file name without extension.
+    pub name: String,
+}
+
+/// The place a city is to stand on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SitePlan {
+    /// The folder of maps, relative to the city's own; none for a flat site without maps.
+    pub folder: Option<String>,
+    /// Width and height in metres, where the script says so.
+    pub size: Option<Vec2>,
+    /// What the script says about maps that have no sidecar, or instead of it.
+    pub maps: BTreeMap<String, MapOptions>,
+}
+
+/// What a script says about a map: the fields of a sidecar; each stands above the sidecar's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MapOptions {
+    /// Width and height in metres.
+    pub size: Option<Vec2>,
+    /// Metres per pixel.
+    pub pixel_size: Option<f64>,
+    /// value = pixel × scale + offset.
+    pub scale: Option<f64>,
+    /// value = pixel × scale + offset.
+    pub offset: Option<f64>,
+    /// `mask` reads as 0 or 1.
+    pub units: Option<String>,
+}
+
+/// A street drawn in the script.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GivenLine {
+    /// Its points in metres; at least two, on the lattice.
+    pub points: Vec<Vec2>,
+    /// Its class.
+    pub class: Class,
+    /// Full right-of-way in metres; that of its class when none.
+    pub width: Option<f64>,
+    /// Its name.
+    pub name: Option<String>,
+}
+
+/// Streets from a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreetImport {
+    /// The file, relative to the city's folder: `.geojson`, `.osm` or `.osm.pbf`.
+    pub file: String,
+    /// The class of streets that `classes` says nothing about; the importer's choice when none.
+    pub class: Option<Class>,
+    /// The width in metres of streets that say nothing themselves.
+    pub width: Option<f64>,
+    /// Our class for a value of the file's `highway` tag or `class` property.
+    pub classes: BTreeMap<String, Class>,
+    /// The width in metres for such a value.
+    pub widths: BTreeMap<String, f64>,
+}
+
+/// Density as a goal: streets end where nobody lives, and branch later where few do (PM01 §3.2.1).
+#[derive(Clone, Debug, PartialEq)]
+pub struct DensityGoal {
+    /// The map of demand, e.g. people per km².
+    pub map: MapRef,
+    /// Demand below which no street grows.
+    pub least: f64,
+    /// Demand from which nothing waits; the map's greatest value when none.
+    pub full: Option<f64>,
+    /// Derivation steps that a branch waits for where the demand is zero.
+    pub pace: f64,
+}
+
+/// Where streets want to be: told by the script, or by a rule.
+#[derive(Clone, Debug)]
+pub enum GoalPlan {
+    /// Told by the script.
+    Fixed(DensityGoal),
+    /// By a rule with `goals(p)`.
+    Rule(Rule),
+}
+
+/// How streets of one class grow.
+#[derive(Clone, Debug)]
+pub struct StreetPlan {
+    /// Where they want to be; everywhere when none.
+    pub goals: Option<GoalPlan>,
+    /// How they grow: a rule with `propose(tip, p)`.
+    pub pattern: Rule,
+    /// What they keep to: a rule with `constraints(p)`; the kernel's own when none.
+    pub constraints: Option<Rule>,
+    /// Full right-of-way in metres; that of the class when none.
+    pub width: Option<f64>,
+}
+
+impl StreetPlan {
+    /// Where streets want to be, with the present parameters; everywhere alike when none.
+    pub fn goal(&self) -> Result<Option<DensityGoal>, Fault> {
+        match &self.goals {
+            None => Ok(None),
+            Some(GoalPlan::Fixed(goal)) => Ok(Some(goal.clone())),
+            Some(GoalPlan::Rule(rule)) => crate::words::goal_of(rule).map(Some),
+        }
+    }
+
+    /// What streets keep to, with the present parameters; the kernel's own defaults where the plan names no rule.
+    pub fn constraints(&self) -> Result<Option<Constraints>, Fault> {
+        self.constraints.as_ref().map(crate::words::constraints_of).transpose()
+    }
+}
+
+/// What differs in one quarter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct QuarterPlan {
+    /// A seed of its own.
+    pub seed: Option<u64>,
+    /// Other values of parameters, by role and name: `minors.pattern.block_width`.
+    pub set: BTreeMap<String, Literal>,
+}
+
+/// What a city script asks for.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The place.
+    pub site: SitePlan,
+    /// A mask outside of which nothing grows.
+    pub within: Option<MapRef>,
+    /// Masks on which nothing grows, such as parks.
+    pub barred: Vec<MapRef>,
+    /// What chance depends on.
+    pub seed: u64,
+    /// Streets drawn in the script, in its order.
+    pub given: Vec<GivenLine>,
+    /// Streets from files, in the script's order.
+    pub imports: Vec<StreetImport>,
+    /// How majors grow; none grow without.
+    pub majors: Option<StreetPlan>,
+    /// How minors grow; none grow without.
+    pub minors: Option<StreetPlan>,
+    /// How blocks become parcels: a rule with `subdivide(block, p)`.
+    pub parcels: Option<Rule>,
+    /// What stands on parcels: a rule with `build(shape, p)`.
+    pub buildings: Option<Rule>,
+    /// What differs in single quarters.
+    pub quarters: BTreeMap<Id, QuarterPlan>,
+    /// Streets taken out by hand after growth, by id.
+    pub removed: Vec<StreetId>,
+}
+
+/// A parameter of a rule in its role.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoleParam {
+    /// How it is addressed: `minors.pattern.block_width`.
+    pub address: String,
+    /// The rule, e.g. `streets/grid`.
+    pub rule: String,
+    /// The declaration.
+    pub param: crate::param::Param,
+    /// The present value.
+    pub value: crate::param::Value,
+}
+
+impl Plan {
+    /// The roles that rules play in this plan, in the order of the stages.
+    pub fn roles(&self) -> Vec<(&'static str, &Rule)> {
+        let mut found = Vec::new();
+        for (plan, [goals, pattern, constraints]) in [
+            (&self.majors, ["majors.goals", "majors.pattern", "majors.constraints"]),
+            (&self.minors, ["minors.goals", "minors.pattern", "minors.constraints"]),
+        ] {
+            let Some(plan) = plan else { continue };
+            if let Some(GoalPlan::Rule(rule)) = &plan.goals {
+                found.push((goals, rule));
+            }
+            found.push((pattern, &plan.pattern));
+            found.extend(plan.constraints.iter().map(|rule| (constraints, rule)));
+        }
+        found.extend(self.parcels.iter().map(|rule| ("parcels", rule)));
+        found.extend(self.buildings.iter().map(|rule| ("buildings", rule)));
+        found
+    }
+
+    /// Every parameter that `--set` reaches, in the order of the stages and of the authors.
+    pub fn parameters(&self) -> Vec<RoleParam> {
+        let of_rule = |(role, rule): (&'static str, &Rule)| {
+            let of_param = |(param, value): (&crate::param::Param, &crate::param::Value)| RoleParam {
+                address: format!("{role}.{}", param.name),
+                rule: rule.name().to_owned(),
+                param: param.clone(),
+                value: value.clone(),
+            };
+            rule.params().iter().map(of_param).collect::<Vec<_>>()
+        };
+        self.roles().into_iter().flat_map(of_rule).collect()
+    }
+
+    /// Sets what `--set` names: `seed=7` or `minors.pattern.block_width=90`.
+    pub fn set(&mut self, assignment: &str) -> Result<(), ParamError> {
+        let Some((address, text)) = assignment.split_once('=') else {
+            let hint = Some("write minors.pattern.block_width=90".to_owned());
+            return Err(ParamError { message: format!("`{assignment}` sets nothing: it has no `=`"), hint });
+        };
+        if address.trim() == "seed" {
+            self.seed = parse_seed(text)?;
+            return Ok(());
+        }
+        let (role, name) = self.address(address.trim())?;
+        let changed = self.rule(role).with_text(&name, text)?;
+        *self.rule_mut(role) = changed;
+        Ok(())
+    }
+
+    /// The rule that plays a role in a quarter: with the values that differ there.
+    pub fn rule_in(&self, quarter: Option<Id>, role: &str) -> Option<Rule> {
+        let (_, rule) = self.roles().into_iter().find(|(name, _)| *name == role)?;
+        let differing = quarter.and_then(|id| self.quarters.get(&id)).map(|plan| &plan.set);
+        let own = differing.into_iter().flatten().filter_map(|(address, value)| {
+            let name = address.strip_prefix(role)?.strip_prefix('.')?;
+            Some((name, value))
+        });
+        // Values were checked when the script was read; what a rule no longer declares is left out.
+        let params = own.fold(rule.params().clone(), |params, (name, value)| {
+            params.with(name, value.clone()).unwrap_or(params)
+        });
+        Some(rule.with(params))
+    }
+
+    /// The seed of a quarter's own, where it has one.
+    pub fn seed_in(&self, quarter: Id) -> Option<u64> {
+        self.quarters.get(&quarter).and_then(|plan| plan.seed)
+    }
+
+    /// What all rules printed: rule, text, how often.
+    pub fn notes(&self) -> Vec<(String, String, u64)> {
+        let of_rule = |(_, rule): (&'static str, &Rule)| {
+            let path = rule.path().to_owned();
+            rule.notes().into_iter().map(move |(text, count)| (path.clone(), text, count)).collect::<Vec<_>>()
+        };
+        let mut notes: Vec<_> = self.roles().into_iter().flat_map(of_rule).collect();
+        notes.sort();
+        notes.dedup();
+        notes
+    }
+
+    /// Splits `minors.pattern.block_width` into a role of this plan and a name.
+    pub(crate) fn address(&self, address: &str) -> Result<(&'static str, String), ParamError> {
+        let roles = self.roles();
+        let split = |role: &'static str| Some((role, address.strip_prefix(role)?.strip_prefix('.')?.to_owned()));
+        if let Some(found) = roles.iter().find_map(|(role, _)| split(role)) {
+            return Ok(found);
+        }
+        let all: Vec<String> = self.parameters().into_iter().map(|parameter| parameter.address).collect();
+        let names = all.iter().map(String::as_str).chain(["seed"]);
+        let near = crate::names::nearest(address, names).map(|name| format!("did you mean `{name}`?"));
+        let known: Vec<&str> = roles.iter().map(|(role, _)| *role).collect();
+        let listed = || Some(format!("the roles of this city are {}", crate::names::listed(&known)));
+        let message = format!("nothing in this city is called `{address}`");
+        Err(ParamError { message, hint: near.or_else(listed) })
+    }
+
+    fn rule(&self, role: &'static str) -> Rule {
+        let found = self.roles().into_iter().find(|(name, _)| *name == role);
+        found.map(|(_, rule)| rule.clone()).expect("`address` gives roles of this plan only")
+    }
+
+    fn rule_mut(&mut self, role: &'static str) -> &mut Rule {
+        let (part, slot) = role.split_once('.').unwrap_or((role, ""));
+        let rule = match part {
+            "parcels" => self.parcels.as_mut(),
+            "buildings" => self.buildings.as_mut(),
+            streets => {
+                let plan = if streets == "majors" { self.majors.as_mut() } else { self.minors.as_mut() };
+                plan.and_then(|plan| plan.rule_mut(slot))
+            }
+        };
+        rule.expect("`address` gives roles of this plan only")
+    }
+}
+
+impl StreetPlan {
+    fn rule_mut(&mut self, slot: &str) -> Option<&mut Rule> {
+        match slot {
+            "pattern" => Some(&mut self.pattern),
+            "constraints" => self.constraints.as_mut(),
+            _ => match &mut self.goals {
+                Some(GoalPlan::Rule(rule)) => Some(rule),
+                _ => None,
+            },
+        }
+    }
+}
+
+fn parse_seed(text: &str) -> Result<u64, ParamError> {
+    let message = || format!("`seed` must be a whole number from 0, not `{}`", text.trim());
+    text.trim().parse().map_err(|_| ParamError { message: message(), hint: None })
+}
+
+/// Whether a rule decides what a role needs.
+pub(crate) fn decides(rule: &Rule, kind: RuleKind) -> Result<(), (String, Option<String>)> {
+    if rule.kinds().contains(&kind) {
+        return Ok(());
+    }
+    let message = format!("rule `{}` has no `fn {}`", rule.name(), kind.form());
+    let has: Vec<String> = rule.kinds().iter().map(|kind| kind.form()).collect();
+    Err((message, Some(format!("it has {}", has.join(", ")))))
+}

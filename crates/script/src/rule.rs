@@ -1,0 +1,356 @@
+//! A rule: one loaded Rhai file with the values of its parameters.
+
+use crate::fault::{Diagnosis, Fault, of_error, of_panic};
+use crate::host::{Limits, Modules, Reading, Resolver, Shelves, Source, Texts, Vocabulary, engine, unknown_words};
+use crate::names::nearest;
+use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
+use crate::words;
+use geom::Id;
+use rhai::{
+    AST, ASTNode, Caches, Dynamic, Engine, EvalAltResult, EvalContext, Expr, Expression, GlobalRuntimeState,
+    ImmutableString, Locked, Position, Scope, Shared, Stmt, StmtBlock,
+};
+use std::any::Any;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// What a rule decides: each kind is a function with a fixed name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RuleKind {
+    /// `propose(tip, p)`: how streets grow.
+    Streets,
+    /// `goals(p)`: where streets want to be.
+    Goals,
+    /// `constraints(p)`: what a street must keep to.
+    Constraints,
+    /// `subdivide(block, p)`: how a block becomes parcels.
+    Parcels,
+    /// `build(shape, p)`: what stands on a parcel.
+    Buildings,
+}
+
+impl RuleKind {
+    /// All kinds.
+    pub const ALL: [Self; 5] = [Self::Streets, Self::Goals, Self::Constraints, Self::Parcels, Self::Buildings];
+
+    /// The function that makes a file a rule of this kind.
+    pub fn function(self) -> &'static str {
+        match self {
+            Self::Streets => "propose",
+            Self::Goals => "goals",
+            Self::Constraints => "constraints",
+            Self::Parcels => "subdivide",
+            Self::Buildings => "build",
+        }
+    }
+
+    /// Its arguments.
+    pub fn arguments(self) -> &'static [&'static str] {
+        match self {
+            Self::Streets => &["tip", "p"],
+            Self::Goals | Self::Constraints => &["p"],
+            Self::Parcels => &["block", "p"],
+            Self::Buildings => &["shape", "p"],
+        }
+    }
+
+    /// How the function is written: `propose(tip, p)`.
+    pub fn form(self) -> String {
+        format!("{}({})", self.function(), self.arguments().join(", "))
+    }
+}
+
+/// A loaded file: everything that rules made of it share.
+struct RuleFile {
+    name: String,
+    path: String,
+    about: String,
+    engine: Engine,
+    ast: AST,
+    /// As it was when the top of the file had run: functions, imports, constants.
+    state: GlobalRuntimeState,
+    kinds: Vec<RuleKind>,
+    texts: Texts,
+    notes: Notes,
+    readings: BTreeSet<Reading>,
+    vocabulary: OnceLock<Vocabulary>,
+}
+
+/// What rules print, with how often. Sorted: threads print in any order.
+pub(crate) type Notes = Arc<Mutex<BTreeMap<String, u64>>>;
+
+/// How many different notes of a rule are kept.
+const MOST_NOTES: usize = 200;
+
+/// A rule with parameter values. Cheap to clone; shared by threads.
+#[derive(Clone)]
+pub struct Rule {
+    file: Arc<RuleFile>,
+    params: ParamSet,
+}
+
+impl fmt::Debug for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Rule").field("path", &self.file.path).field("params", &self.params).finish_non_exhaustive()
+    }
+}
+
+impl Rule {
+    /// Loads a rule: reads its parameters, and finds what is wrong without calling it.
+    pub(crate) fn load(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Fault> {
+        around.texts.keep(source);
+        let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
+        let (declared, notes) = (Declared::default(), Notes::default());
+        let mut engine = engine(Limits::RULE, resolver.clone());
+        register_params(&mut engine, &source.path, declared.clone());
+        words::register(&mut engine);
+        listen(&mut engine, notes.clone());
+        let ast = compile(&engine, source, around)?;
+        let state = evaluate(&engine, &ast, source, around)?;
+        let params = declared.seal();
+        Params::register(&mut engine, &params);
+        let mut readings = resolver.readings();
+        readings.insert((source.path.clone(), Id::of_text("script", &source.text)));
+        let file = RuleFile {
+            name: name.to_owned(),
+            path: source.path.clone(),
+            about: headline(&source.text),
+            kinds: kinds_of(&ast, &source.path)?,
+            engine,
+            ast,
+            state,
+            texts: around.texts.clone(),
+            notes,
+            readings,
+            vocabulary: OnceLock::new(),
+        };
+        let rule = Self { file: Arc::new(file), params: ParamSet::new(params) };
+        let mut unknown = unknown_words(&rule.file.ast, rule.path(), rule.vocabulary());
+        if unknown.is_empty() { Ok(rule) } else { Err(unknown.swap_remove(0)) }
+    }
+
+    /// The name it was asked for by, e.g. `streets/grid`.
+    pub fn name(&self) -> &str {
+        &self.file.name
+    }
+
+    /// The file, as messages call it.
+    pub fn path(&self) -> &str {
+        &self.file.path
+    }
+
+    /// Its first line of documentation (`//! …`), empty where there is none.
+    pub fn about(&self) -> &str {
+        &self.file.about
+    }
+
+    /// What it decides.
+    pub fn kinds(&self) -> &[RuleKind] {
+        &self.file.kinds
+    }
+
+    /// Its parameters with their present values.
+    pub fn params(&self) -> &ParamSet {
+        &self.params
+    }
+
+    /// The same rule with other values of parameters.
+    #[must_use]
+    pub fn with(&self, params: ParamSet) -> Self {
+        Self { file: self.file.clone(), params }
+    }
+
+    /// The same rule with one parameter read from text, as behind `--set`.
+    pub fn with_text(&self, name: &str, text: &str) -> Result<Self, ParamError> {
+        self.params.with_text(name, text).map(|params| self.with(params))
+    }
+
+    /// What it printed, with how often, in alphabetical order.
+    pub fn notes(&self) -> Vec<(String, u64)> {
+        let notes = self.file.notes.lock().unwrap_or_else(PoisonError::into_inner);
+        notes.iter().map(|(text, count)| (text.clone(), *count)).collect()
+    }
+
+    /// The identity of what it does: its text, the texts it imports, the values of its parameters. For caches.
+    pub fn fingerprint(&self) -> Id {
+        let mut text = String::new();
+        self.file.readings.iter().for_each(|(name, hash)| text += &format!("{name}={hash}\n"));
+        self.params.iter().for_each(|(param, value)| text += &format!("{}={}\n", param.name, value.constant()));
+        Id::of_text("rule", &text)
+    }
+
+    /// Calls a function that is evaluated once, such as `constraints(p)`.
+    pub(crate) fn evaluate(&self, kind: RuleKind) -> Result<Dynamic, Fault> {
+        let mut stage = self.stage();
+        let call = AssertUnwindSafe(|| self.run(&self.entry(kind), &mut stage, [Dynamic::from(self.params.ready())]));
+        let result = catch_unwind(call).map_err(|panic| self.fault_of_panic(&*panic))?;
+        result.map_err(|error| self.fault_of(error))
+    }
+
+    /// The function of a kind that the rule has.
+    pub(crate) fn entry(&self, kind: RuleKind) -> Entry {
+        let function = self.file.ast.shared_lib().get_script_fn(kind.function(), kind.arguments().len());
+        let function = function.expect("a rule is asked only for kinds that it has");
+        let (from, to) = (function.body.start_position(), function.body.end_position());
+        let statements = StmtBlock::new(statements_between(&self.file.ast, from, to), from, to);
+        Entry { arguments: function.params.to_vec(), body: Expr::Stmt(Box::new(statements)) }
+    }
+
+    /// A stage of one's own to run functions on. Constants are copied: Rhai locks them when they are read.
+    pub(crate) fn stage(&self) -> Stage {
+        let mut global = self.file.state.clone();
+        global.constants = global.constants.map(|constants| {
+            let copy = constants.read().unwrap_or_else(PoisonError::into_inner).clone();
+            Shared::new(Locked::new(copy))
+        });
+        Stage { global, caches: Caches::new(), scope: Scope::new() }
+    }
+
+    /// Runs a function. Its statements run directly on the stage: a call would cost more, and Rhai forgets the line where
+    /// a limit was hit when it leaves a call.
+    pub(crate) fn run<const N: usize>(
+        &self,
+        entry: &Entry,
+        stage: &mut Stage,
+        arguments: [Dynamic; N],
+    ) -> Result<Dynamic, Box<EvalAltResult>> {
+        // The limit is per call.
+        stage.global.num_operations = Default::default();
+        stage.scope.clear();
+        for (name, value) in entry.arguments.iter().zip(arguments) {
+            stage.scope.push_dynamic(name.clone(), value);
+        }
+        let (global, caches, scope) = (&mut stage.global, &mut stage.caches, &mut stage.scope);
+        let mut context = EvalContext::new(&self.file.engine, global, caches, scope, None);
+        context.eval_expression_tree(&Expression::from(&entry.body)).or_else(|error| match *error {
+            EvalAltResult::Return(value, _) => Ok(value),
+            _ => Err(error),
+        })
+    }
+
+    pub(crate) fn fault_of(&self, error: Box<EvalAltResult>) -> Fault {
+        let diagnosis = Diagnosis {
+            file: &self.file.path,
+            texts: &self.file.texts,
+            vocabulary: self.vocabulary(),
+            operations: Limits::RULE.operations,
+        };
+        of_error(error, &diagnosis)
+    }
+
+    pub(crate) fn fault_of_panic(&self, payload: &(dyn Any + Send)) -> Fault {
+        of_panic(&self.file.path, payload)
+    }
+
+    fn vocabulary(&self) -> &Vocabulary {
+        self.file.vocabulary.get_or_init(|| Vocabulary::of(&self.file.engine, &self.file.ast))
+    }
+}
+
+/// A function of a rule, ready to run.
+#[derive(Clone)]
+pub(crate) struct Entry {
+    arguments: Vec<ImmutableString>,
+    body: Expr,
+}
+
+/// What a function runs on: what the file knows, what Rhai has looked up so far, and variables. One per thread.
+pub(crate) struct Stage {
+    global: GlobalRuntimeState,
+    caches: Caches,
+    scope: Scope<'static>,
+}
+
+/// What rules are loaded among: shared by all rules of a host.
+#[derive(Clone, Debug)]
+pub(crate) struct Surroundings {
+    pub shelves: Shelves,
+    pub texts: Texts,
+    pub modules: Modules,
+}
+
+/// Collects what scripts print.
+fn listen(engine: &mut Engine, notes: Notes) {
+    let write = move |text: String| {
+        let mut notes = notes.lock().unwrap_or_else(PoisonError::into_inner);
+        *notes.entry(text).or_default() += 1;
+        if notes.len() > MOST_NOTES {
+            notes.pop_last();
+        }
+    };
+    let debug = write.clone();
+    engine.on_print(move |text| write(text.to_owned()));
+    engine.on_debug(move |text, source, at| debug(format!("{}:{at:?}: {text}", source.unwrap_or(""))));
+}
+
+fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
+    let mut ast = engine.compile(&source.text).map_err(|error| early_fault(engine, source, around, error.into()))?;
+    ast.set_source(source.path.as_str());
+    Ok(ast)
+}
+
+/// Runs the top of the file once: parameters are declared, constants made, imports loaded.
+fn evaluate(engine: &Engine, ast: &AST, source: &Source, around: &Surroundings) -> Result<GlobalRuntimeState, Fault> {
+    let mut state = engine.new_global_runtime_state();
+    state.lib.push(ast.shared_lib().clone());
+    state.source = Some(source.path.as_str().into());
+    #[expect(deprecated, reason = "the only public way to keep imports and constants for later calls")]
+    let run = || engine.eval_statements_raw(&mut state, &mut Caches::new(), &mut Scope::new(), ast.statements());
+    let result = catch_unwind(AssertUnwindSafe(run)).map_err(|panic| of_panic(&source.path, &*panic))?;
+    let _ = result.map_err(|error| early_fault(engine, source, around, error))?;
+    Ok(state)
+}
+
+/// A fault before there is a rule.
+fn early_fault(engine: &Engine, source: &Source, around: &Surroundings, error: Box<EvalAltResult>) -> Fault {
+    let diagnosis = Diagnosis {
+        file: &source.path,
+        texts: &around.texts,
+        vocabulary: &Vocabulary::of(engine, &AST::empty()),
+        operations: Limits::RULE.operations,
+    };
+    of_error(error, &diagnosis)
+}
+
+/// What the functions of a file make it.
+fn kinds_of(ast: &AST, path: &str) -> Result<Vec<RuleKind>, Fault> {
+    let functions: Vec<(&str, usize)> = ast.iter_functions().map(|f| (f.name, f.params.len())).collect();
+    let has = |kind: &RuleKind| functions.contains(&(kind.function(), kind.arguments().len()));
+    let kinds: Vec<RuleKind> = RuleKind::ALL.into_iter().filter(has).collect();
+    if !kinds.is_empty() {
+        return Ok(kinds);
+    }
+    let forms: Vec<String> = RuleKind::ALL.iter().map(|kind| kind.form()).collect();
+    let near = functions.iter().find_map(|(name, _)| {
+        let kind = RuleKind::ALL.into_iter().find(|kind| kind.function() == *name);
+        let near = nearest(name, RuleKind::ALL.map(RuleKind::function));
+        kind.or_else(|| RuleKind::ALL.into_iter().find(|kind| Some(kind.function()) == near))
+    });
+    let help = match near {
+        Some(kind) => format!("did you mean `fn {}`?", kind.form()),
+        None => format!("a rule has one of the functions {}", forms.join(", ")),
+    };
+    Err(Fault::new(path, "this file decides nothing").with_hint(Some(help)))
+}
+
+/// The statements of the function whose braces stand at two positions: Rhai does not hand them out by function.
+fn statements_between(ast: &AST, from: Position, to: Position) -> Vec<Stmt> {
+    let order = |at: Position| (at.line(), at.position());
+    let mut found = Vec::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let [ASTNode::Stmt(statement)] = path
+            && (order(from)..order(to)).contains(&order(statement.position()))
+        {
+            found.push((*statement).clone());
+        }
+        true
+    });
+    found
+}
+
+/// The first line of documentation.
+fn headline(text: &str) -> String {
+    text.lines().find_map(|line| line.trim().strip_prefix("//!")).map(|line| line.trim().to_owned()).unwrap_or_default()
+}

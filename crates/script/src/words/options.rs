@@ -1,0 +1,111 @@
+//! Maps of options: `#{ width: 30 }`, every key known, every value checked.
+
+use crate::fault::Complaint;
+use crate::host::{kind_of, numeric};
+use crate::names::hint;
+use geom::Vec2;
+use rhai::{Array, Dynamic, Map, Variant};
+
+/// The options given to a word.
+pub(crate) struct Options {
+    what: &'static str,
+    map: Map,
+}
+
+impl Options {
+    /// Takes options; keys that the word does not know are refused.
+    pub fn new(what: &'static str, map: Map, known: &[&'static str]) -> Result<Self, Complaint> {
+        if let Some(key) = map.keys().find(|key| !known.contains(&key.as_str())) {
+            let message = format!("{what} has no option `{key}`");
+            return Err(Complaint::new(message).maybe_hint(hint(key, known.iter().copied())).key(key.as_str()));
+        }
+        Ok(Self { what, map })
+    }
+
+    /// An option as it is; none where it is not given.
+    pub fn take(&mut self, key: &str) -> Option<Dynamic> {
+        self.map.remove(key)
+    }
+
+    /// An option that must be given.
+    pub fn need(&mut self, key: &str) -> Result<Dynamic, Complaint> {
+        let what = self.what;
+        self.take(key).ok_or_else(|| Complaint::new(format!("{what} needs `{key}: …`")))
+    }
+
+    /// A finite number.
+    pub fn number(&mut self, key: &str) -> Result<Option<f64>, Complaint> {
+        let value = self.take(key);
+        value.map(|value| numeric(&format!("`{key}`"), &value).map_err(|c| c.key(key))).transpose()
+    }
+
+    /// A number in a range.
+    pub fn within(&mut self, key: &str, low: f64, high: f64, unit: &str) -> Result<Option<f64>, Complaint> {
+        let value = self.take(key);
+        value.map(|value| super::within(&format!("`{key}`"), &value, low, high, unit).map_err(|c| c.key(key))).transpose()
+    }
+
+    /// A value of a type that has a name in words.
+    pub fn of<T: Variant + Clone>(&mut self, key: &str, kind: &str) -> Result<Option<T>, Complaint> {
+        self.take(key).map(|value| cast(value, key, kind)).transpose()
+    }
+
+    /// A text.
+    pub fn text(&mut self, key: &str) -> Result<Option<String>, Complaint> {
+        let value = self.take(key);
+        value.map(|value| text(value, key)).transpose()
+    }
+
+    /// A list.
+    pub fn list(&mut self, key: &str) -> Result<Array, Complaint> {
+        Ok(self.of::<Array>(key, "a list […]")?.unwrap_or_default())
+    }
+
+    /// A map.
+    pub fn map(&mut self, key: &str) -> Result<Map, Complaint> {
+        Ok(self.of::<Map>(key, "a map #{ … }")?.unwrap_or_default())
+    }
+
+    /// A seed: a whole number from 0.
+    pub fn seed(&mut self) -> Result<Option<u64>, Complaint> {
+        let value = self.take("seed");
+        value.map(|value| seed(&value)).transpose()
+    }
+
+    /// Two lengths in metres, `[width, height]`.
+    pub fn size(&mut self, key: &str) -> Result<Option<Vec2>, Complaint> {
+        let value = self.take(key);
+        value.map(|value| size(value).map_err(|c| c.key(key))).transpose()
+    }
+}
+
+/// A value of a type.
+pub(crate) fn cast<T: Variant + Clone>(value: Dynamic, key: &str, kind: &str) -> Result<T, Complaint> {
+    let given = kind_of(&value);
+    let wrong = || Complaint::new(format!("`{key}` must be {kind}, not {given}")).key(key);
+    value.try_cast::<T>().ok_or_else(wrong)
+}
+
+/// A text.
+pub(crate) fn text(value: Dynamic, key: &str) -> Result<String, Complaint> {
+    value.into_string().map_err(|_| Complaint::new(format!("`{key}` must be a text")).key(key))
+}
+
+fn seed(value: &Dynamic) -> Result<u64, Complaint> {
+    let whole = value.as_int().ok().and_then(|whole| u64::try_from(whole).ok());
+    whole.ok_or_else(|| Complaint::new("`seed` must be a whole number from 0").key("seed"))
+}
+
+/// `[x, y]` in metres.
+pub(crate) fn pair(value: Dynamic) -> Result<Vec2, Complaint> {
+    let wrong = || Complaint::new("a point is written [x, y] in metres");
+    let list = value.into_array().map_err(|_| wrong())?;
+    let [x, y] = <[Dynamic; 2]>::try_from(list).map_err(|_| wrong())?;
+    Ok(Vec2::new(numeric("x", &x)?, numeric("y", &y)?))
+}
+
+fn size(value: Dynamic) -> Result<Vec2, Complaint> {
+    let size = pair(value).map_err(|_| Complaint::new("a size is written [width, height] in metres"))?;
+    let good = size.cmpgt(Vec2::ZERO).all() && geom::Point::try_from_metres(size).is_some();
+    if good { Ok(size) } else { Err(Complaint::new("a size must be above 0 and below 500 km")) }
+}

@@ -1,0 +1,186 @@
+//! Street patterns: `propose(tip, p)`.
+
+use super::options::Options;
+use super::{chance, method, property, within};
+use crate::fault::{Complaint, Faults};
+use crate::host::{Caller, Handle, numeric};
+use crate::names::hint;
+use crate::plan::MapRef;
+use crate::rule::{Rule, RuleKind};
+use geom::{Angle, Vec2};
+use rhai::{Dynamic, Engine, FuncRegistration, Map};
+use std::sync::Arc;
+use streets::growth::{Field, GrowthRules, Slot, Slots, Steer, Tip};
+use streets::Classes;
+
+/// A street pattern that a rule decides: what the growth kernel calls.
+pub struct StreetPattern {
+    caller: Caller<Growing>,
+    origin: u16,
+    classes: Arc<Classes>,
+    faults: Arc<Faults>,
+}
+
+/// What `tip` stands for during a call.
+#[derive(Clone, Debug)]
+struct Growing {
+    tip: Tip,
+    classes: Arc<Classes>,
+}
+
+impl StreetPattern {
+    /// The pattern of a rule with `propose(tip, p)`. Streets carry `origin`; what goes wrong is reported to `faults`.
+    pub fn new(rule: Rule, origin: u16, classes: Arc<Classes>, faults: Arc<Faults>) -> Self {
+        Self { caller: Caller::new(rule, RuleKind::Streets), origin, classes, faults }
+    }
+
+    /// The rule.
+    pub fn rule(&self) -> &Rule {
+        self.caller.rule()
+    }
+}
+
+impl GrowthRules for StreetPattern {
+    /// On a fault the tip ends: its slots stay empty.
+    fn propose(&self, tip: &mut Tip) {
+        tip.slots = Slots::default();
+        match self.caller.call(Growing { tip: tip.clone(), classes: self.classes.clone() }) {
+            Ok(grown) => tip.slots = grown.tip.slots,
+            Err(fault) => self.faults.report(fault.at(tip.place())),
+        }
+    }
+
+    fn origin(&self) -> u16 {
+        self.origin
+    }
+}
+
+/// Longest street that a rule may propose in one go, in metres.
+const LONGEST: f64 = 10_000.0;
+/// Widest right-of-way, in metres.
+const WIDEST: f64 = 200.0;
+/// Longest delay, in derivation steps.
+const LATEST: f64 = 1_000_000.0;
+
+pub(super) fn register(engine: &mut Engine) {
+    engine.register_type_with_name::<Handle<Growing>>("tip").register_type_with_name::<Steer>("a field of headings");
+    fields(engine);
+    properties(engine);
+    questions(engine);
+    proposals(engine);
+}
+
+fn fields(engine: &mut Engine) {
+    let cross = |heading: Dynamic, folds: i64| field(&heading, folds);
+    FuncRegistration::new("cross").with_params_info(["heading", "folds"]).register_into_engine(engine, cross);
+    FuncRegistration::new("cross")
+        .with_params_info(["heading"])
+        .with_comments(["/// Four headings at right angles, one of them `heading` (degrees): a tip turns onto the nearest."])
+        .register_into_engine(engine, |heading: Dynamic| field(&heading, 4));
+    FuncRegistration::new("raster")
+        .with_params_info(["heading", "along", "across"])
+        .with_comments(["/// A raster of blocks `along` metres long (towards `heading`) and `across` metres wide, through (0, 0)."])
+        .register_into_engine(engine, |heading: Dynamic, along: Dynamic, across: Dynamic| {
+            raster(&heading, &along, &across, Vec2::ZERO)
+        });
+    FuncRegistration::new("raster")
+        .with_params_info(["heading", "along", "across", "x", "y"])
+        .with_comments(["/// The same with a crossing at (x, y)."])
+        .register_into_engine(engine, |heading: Dynamic, along: Dynamic, across: Dynamic, x: Dynamic, y: Dynamic| {
+            raster(&heading, &along, &across, Vec2::new(numeric("x", &x)?, numeric("y", &y)?))
+        });
+}
+
+fn field(heading: &Dynamic, folds: i64) -> Result<Steer, crate::fault::Refusal> {
+    let folds = u32::try_from(folds).ok().filter(|folds| (1..=360).contains(folds));
+    let folds = folds.ok_or_else(|| Complaint::new("a field has from 1 to 360 folds"))?;
+    Ok(Steer::Cross { heading: Angle::degrees(numeric("the heading", heading)?), folds })
+}
+
+fn raster(heading: &Dynamic, along: &Dynamic, across: &Dynamic, origin: Vec2) -> Result<Steer, crate::fault::Refusal> {
+    let heading = Angle::degrees(numeric("the heading", heading)?);
+    let along = within("the length of a block", along, 1.0, LONGEST, " m")?;
+    let across = within("the width of a block", across, 1.0, LONGEST, " m")?;
+    Ok(Steer::Raster { heading, along, across, origin })
+}
+
+fn properties(engine: &mut Engine) {
+    property::<Growing, f64>(engine, "x", |g| g.tip.place().x);
+    property::<Growing, f64>(engine, "y", |g| g.tip.place().y);
+    property::<Growing, f64>(engine, "heading", |g| g.tip.steered().wrapped().to_degrees());
+    property::<Growing, f64>(engine, "density", |g| g.tip.density());
+    property::<Growing, f64>(engine, "elevation", |g| g.tip.elevation());
+    property::<Growing, f64>(engine, "slope", |g| slope(&g.tip));
+    property::<Growing, i64>(engine, "age", |g| i64::from(g.tip.age));
+    property::<Growing, bool>(engine, "is_seed", |g| g.tip.is_seed);
+    property::<Growing, String>(engine, "class", |g| g.classes.info(g.tip.class).name.clone());
+    chance::<Growing>(engine, |g| g.tip.seed);
+}
+
+/// Steepness of the ground, rise over run.
+fn slope(tip: &Tip) -> f64 {
+    match &tip.fields.elevation {
+        Field::Constant(_) => 0.0,
+        Field::Map(raster) => raster.gradient(tip.place()).length(),
+    }
+}
+
+fn questions(engine: &mut Engine) {
+    method!(engine, "map"(name) "The value of a map of the site at the tip.", Growing, |g, name| {
+        let map = name.read_lock::<MapRef>().map(|map| map.name.clone());
+        let name = map.or_else(|| name.clone().into_string().ok());
+        let name = name.ok_or_else(|| Complaint::new("a map is asked for by its name"))?;
+        let known = &g.tip.fields.maps;
+        let field = known.get(&name);
+        let near = || hint(&name, known.keys().map(String::as_str));
+        let missing = || Complaint::new(format!("the site has no map `{name}`")).maybe_hint(near());
+        field.map(|field| field.at(g.tip.place())).ok_or_else(missing)
+    });
+    method!(engine, "runs_along"(heading) "Whether the tip runs nearer to a heading (degrees) than across it.", Growing,
+        |g, heading| Ok(g.tip.runs_along(Angle::degrees(numeric("the heading", heading)?))));
+}
+
+fn proposals(engine: &mut Engine) {
+    method!(engine, "steer"(field) "Turns onto the nearest heading of a field: `cross(…)` or `raster(…)`.", Growing, |g, field| {
+        let steer = field.read_lock::<Steer>().map(|steer| *steer);
+        let kind = || Complaint::new(format!("tip.steer takes cross(…) or raster(…), not {}", crate::host::kind_of(field)));
+        g.tip.steer(steer.ok_or_else(kind)?);
+        Ok(())
+    });
+    method!(engine, "ahead"(length) "The street goes on for so many metres.", Growing,
+        |g, length| put(&mut g.tip.slots.ahead, length, None));
+    method!(engine, "branch_left"(length) "A street branches off to the left.", Growing,
+        |g, length| put(&mut g.tip.slots.left, length, None));
+    method!(engine, "branch_right"(length) "A street branches off to the right.", Growing,
+        |g, length| put(&mut g.tip.slots.right, length, None));
+    method!(engine, "ahead"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,
+        |g, length, options| put(&mut g.tip.slots.ahead, length, Some(options)));
+    method!(engine, "branch_left"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,
+        |g, length, options| put(&mut g.tip.slots.left, length, Some(options)));
+    method!(engine, "branch_right"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,
+        |g, length, options| put(&mut g.tip.slots.right, length, Some(options)));
+}
+
+/// Fills a slot.
+fn put(slot: &mut Option<Slot>, length: &Dynamic, options: Option<&Dynamic>) -> Result<(), Complaint> {
+    let length = numeric("the length of a street", length)?;
+    if !(length > 0.0 && length <= LONGEST) {
+        let message = "the length of a street must be above 0 and at most 10 km";
+        return Err(Complaint::new(message).hint(format!("it was {length} m")));
+    }
+    let bare = Slot { length, turn: Angle::ZERO, delay: 0, width: None };
+    *slot = Some(options.map_or(Ok(bare), |options| with_options(bare, options))?);
+    Ok(())
+}
+
+fn with_options(bare: Slot, options: &Dynamic) -> Result<Slot, Complaint> {
+    let map = options.clone().try_cast::<Map>();
+    let map = map.ok_or_else(|| Complaint::new("options are written #{ turn: 10, delay: 2, width: 20 }"))?;
+    let mut options = Options::new("a street", map, &["turn", "delay", "width"])?;
+    Ok(Slot {
+        turn: Angle::degrees(options.within("turn", -180.0, 180.0, "°")?.unwrap_or(0.0)),
+        delay: options.within("delay", 0.0, LATEST, " steps")?.unwrap_or(0.0).round() as u32,
+        width: options.within("width", 0.5, WIDEST, " m")?,
+        ..bare
+    })
+}

@@ -1,0 +1,224 @@
+//! City scripts: plans, roles, errors.
+
+mod common;
+
+use common::{Folders, Shelf, city, headline};
+use geom::{Angle, Id, Vec2};
+use script::{Fault, Host, Literal, Plan, Source};
+use std::sync::Arc;
+use streets::{Classes, StreetId};
+
+const WHOLE: &str = r#"
+let site = site("maps");
+let dense = site.map("density.png", #{ pixel_size_m: 10, scale: 2, units: "people/km2" });
+print("hello");
+city(#{
+    site: site, within: site.map("borough"), barred: [site.map("parks")], seed: 1625,
+    given: [line([[0, 0], [100.5, 50], [200, 50]], #{ class: "highway", width: 30, name: "Broadway" })],
+    imported: streets_from("old/streets.geojson", #{ class: "minor", classes: #{ primary: "major" }, widths: #{ primary: 24 } }),
+    majors: streets(#{ pattern: rule("streets/grid", #{ block_length: 400 }), goals: rule("goals/settled", #{ least: 900 }),
+                       constraints: rule("constraints/standard", #{ snap: 8, least_angle: 30 }), width: 26 }),
+    minors: streets(#{ pattern: rule("streets/grid"), goals: density(dense, #{ least: 500, pace: 4 }) }),
+    parcels: rule("parcels/recursive"),
+    buildings: rule("buildings/extruded"),
+    quarters: #{ "0123456789abcdef0123456789abcdef": #{ seed: 7, block_width: 90, "parcels.least_area": 300 } },
+    remove: ["00000000000000000000000000000005"],
+});
+"#;
+
+fn whole() -> Plan {
+    city(WHOLE).unwrap_or_else(|fault| panic!("{fault}")).plan
+}
+
+/// A city on flat land with one more option.
+fn with(option: &str) -> Result<Plan, Fault> {
+    city(&format!("city(#{{\n  site: site(#{{ size: [3000, 2000] }}),\n  {option}\n}});")).map(|evaluated| evaluated.plan)
+}
+
+fn says(option: &str) -> String {
+    headline(&with(option).err().unwrap_or_else(|| panic!("`{option}` was taken")))
+}
+
+#[test]
+fn a_whole_script_is_read() {
+    let plan = whole();
+    assert_eq!(plan.seed, 1625);
+    assert_eq!(plan.site.folder.as_deref(), Some("maps"));
+    let dense = &plan.site.maps["density"];
+    assert_eq!((dense.pixel_size, dense.scale, dense.units.as_deref()), (Some(10.0), Some(2.0), Some("people/km2")));
+    assert_eq!(plan.within.as_ref().map(|map| map.name.as_str()), Some("borough"));
+    assert_eq!(plan.barred.iter().map(|map| map.name.as_str()).collect::<Vec<_>>(), ["parks"]);
+    let line = &plan.given[0];
+    assert_eq!(line.points, [Vec2::new(0.0, 0.0), Vec2::new(100.5, 50.0), Vec2::new(200.0, 50.0)]);
+    assert_eq!((line.class, line.width, line.name.as_deref()), (Classes::HIGHWAY, Some(30.0), Some("Broadway")));
+    let import = &plan.imports[0];
+    assert_eq!((import.file.as_str(), import.class), ("old/streets.geojson", Some(Classes::MINOR)));
+    assert_eq!((import.classes["primary"], import.widths["primary"]), (Classes::MAJOR, 24.0));
+    assert_eq!(plan.removed, [StreetId(Id(5))]);
+}
+
+#[test]
+fn streets_carry_goals_and_constraints() {
+    let plan = whole();
+    let (majors, minors) = (plan.majors.expect("majors"), plan.minors.expect("minors"));
+    assert_eq!(majors.width, Some(26.0));
+    let goal = majors.goal().expect("evaluates").expect("a goal");
+    assert_eq!((goal.map.name.as_str(), goal.least, goal.pace, goal.full), ("density", 900.0, 0.0, None));
+    let constraints = majors.constraints().expect("evaluates").expect("constraints");
+    assert_eq!((constraints.snap, constraints.least_angle), (8.0, Angle::degrees(30.0)));
+    assert_eq!(constraints.extend, streets::growth::Constraints::default().extend);
+    assert!(minors.constraints().expect("evaluates").is_none());
+    assert_eq!(minors.goal().expect("evaluates").map(|goal| (goal.least, goal.pace)), Some((500.0, 4.0)));
+}
+
+#[test]
+fn the_standard_constraints_are_the_kernel_s() {
+    let plan = with("minors: streets(#{ pattern: rule(\"streets/grid\"), constraints: rule(\"constraints/standard\") })");
+    let told = plan.expect("fine").minors.expect("minors").constraints().expect("evaluates").expect("constraints");
+    let kernel = streets::growth::Constraints::default();
+    // A parameter has a range, so the library says 100 % where the kernel has no limit.
+    assert_eq!(told, streets::growth::Constraints { max_slope: 1.0, ..kernel });
+}
+
+#[test]
+fn quarters_differ_in_what_they_say() {
+    let mut plan = whole();
+    let quarter: Id = "0123456789abcdef0123456789abcdef".parse().expect("an id");
+    let number = |rule: Option<script::Rule>, name: &str| {
+        rule.and_then(|rule| rule.params().get(name).map(|value| value.constant().clone()))
+    };
+    plan.set("minors.pattern.block_width=120").expect("in range");
+    plan.set("minors.pattern.block_length=300").expect("in range");
+    let here = plan.rule_in(Some(quarter), "minors.pattern");
+    assert_eq!(number(here.clone(), "block_width"), Some(Literal::Number(90.0)));
+    assert_eq!(number(here, "block_length"), Some(Literal::Number(300.0)));
+    assert_eq!(number(plan.rule_in(Some(Id(1)), "minors.pattern"), "block_width"), Some(Literal::Number(120.0)));
+    assert_eq!(number(plan.rule_in(Some(quarter), "parcels"), "least_area"), Some(Literal::Number(300.0)));
+    assert_eq!((plan.seed_in(quarter), plan.seed_in(Id(1))), (Some(7), None));
+    assert!(plan.rule_in(None, "majors.roof").is_none());
+}
+
+#[test]
+fn parameters_are_addressed_by_role() {
+    let mut plan = whole();
+    let roles: Vec<&str> = plan.roles().into_iter().map(|(role, _)| role).collect();
+    let wanted = ["majors.goals", "majors.pattern", "majors.constraints", "minors.pattern", "parcels", "buildings"];
+    assert_eq!(roles, wanted);
+    for parameter in plan.parameters() {
+        plan.set(&format!("{}={}", parameter.address, parameter.value.constant())).expect("its own value");
+    }
+    plan.set("seed=9").expect("a seed");
+    plan.set("majors.constraints.snap=12").expect("in range");
+    assert_eq!(plan.seed, 9);
+    let constraints = plan.majors.as_ref().expect("majors").constraints().expect("evaluates").expect("constraints");
+    assert_eq!(constraints.snap, 12.0);
+}
+
+#[test]
+fn wrong_assignments_are_told() {
+    let mut plan = whole();
+    let mut error = |text: &str| plan.set(text).expect_err("wrong");
+    let unknown = error("minors.patern.block_width=90");
+    assert_eq!(unknown.message, "nothing in this city is called `minors.patern.block_width`");
+    assert_eq!(unknown.hint.as_deref(), Some("did you mean `minors.pattern.block_width`?"));
+    assert_eq!(error("minors.pattern.block_widht=90").hint.as_deref(), Some("did you mean `block_width`?"));
+    assert_eq!(error("minors.pattern.block_width=9").message, "`block_width` must be a number from 40 to 200 m, not 9");
+    assert_eq!(error("nonsense").message, "`nonsense` sets nothing: it has no `=`");
+    assert_eq!(error("seed=-3").message, "`seed` must be a whole number from 0, not `-3`");
+    assert!(error("roads=1").hint.expect("a hint").starts_with("the roles of this city are `majors.goals`"));
+}
+
+#[test]
+fn a_flat_site_needs_no_maps() {
+    let plan = with("seed: 1").expect("fine");
+    assert_eq!((plan.site.folder, plan.site.size), (None, Some(Vec2::new(3000.0, 2000.0))));
+    assert!(plan.majors.is_none() && plan.minors.is_none() && plan.parcels.is_none());
+}
+
+#[test]
+fn mistakes_are_placed_on_their_keys() {
+    let cases = [
+        ("sede: 3", "3:3: city has no option `sede`"),
+        ("seed: -3", "3:3: `seed` must be a whole number from 0"),
+        ("within: \"borough\"", "3:3: `within` must be a map, site.map(\"…\"), not a text"),
+        ("minors: rule(\"streets/grid\")", "3:3: `minors` must be streets(…), not a rule"),
+        ("minors: streets(#{ })", "3:11: streets needs `pattern: …`"),
+        ("minors: streets(#{ pattern: rule(\"parcels/recursive\") })", "3:22: rule `parcels/recursive` has no `fn propose(tip, p)`"),
+        ("minors: streets(#{ pattern: rule(\"streets/gird\") })", "3:31: rule \"streets/gird\": there is no rule of that name in the built-in library"),
+        ("parcels: rule(\"parcels/recursive\", #{ most: 3 })", "3:41: there is no parameter `most`"),
+        ("parcels: rule(\"parcels/recursive\", #{ most_area: 3 })", "3:41: `most_area` must be a number from 20 to 1000000, not 3"),
+        ("parcels: rule(\"parcels/recursive\", #{ most_area: \"x\" })", "3:41: `most_area` must be a number from 20 to 1000000, not a text"),
+        ("given: line([[0, 0], [1, 1]])", "3:3: `given` must be a list […], not line(…)"),
+        ("given: [line([[0, 0]])]", "3:11: a line needs two different points"),
+        ("given: [line([[0, 0], [1]])]", "3:11: a point is written [x, y] in metres"),
+        ("given: [line([[0, 0], [1e7, 0]])]", "3:11: a point lies more than 500 km away"),
+        ("given: [line([[0, 0], [9, 9]], #{ class: \"mayor\" })]", "3:37: there is no street class `mayor`"),
+        ("given: [line([[0, 0], [9, 9]], #{ width: 900 })]", "3:37: `width` must lie between 0.5 and 200 m"),
+        ("imported: streets_from(\"../a.osm\")", "3:13: `../a.osm` is not a file below the script's folder"),
+        ("imported: streets_from(\"a.shp\")", "3:13: `a.shp` is no file of streets"),
+        ("import: 3", "3:3: expecting the name of a property"),
+        ("remove: [\"12\"]", "3:3: `12` is no id"),
+        ("quarters: #{ a: #{} }", "3:3: `a` is no id"),
+    ];
+    for (option, wanted) in cases {
+        assert_eq!(says(option), format!("city.rhai:{wanted}"), "{option}");
+    }
+}
+
+#[test]
+fn sites_are_asked_for_with_care() {
+    let says = |text: &str| headline(&city(text).expect_err("wrong"));
+    assert_eq!(says("site(\"../maps\");"), "city.rhai:1:1: `../maps` is not a folder below this one");
+    assert_eq!(says("site(\"empty\");"), "city.rhai:1:1: there is no folder `empty`");
+    assert_eq!(says("site(\"maps\").map(\"densty\");"), "city.rhai:1:14: the site has no map `densty`");
+    assert_eq!(says("site(\"maps\").map(\"land\", #{ scael: 2 });"), "city.rhai:1:28: site.map has no option `scael`");
+    assert_eq!(says("site(#{ size: [3, -2] });"), "city.rhai:1:9: a size must be above 0 and below 500 km");
+    assert_eq!(says("site(#{ });"), "city.rhai:1:1: a site without maps needs a size");
+}
+
+#[test]
+fn one_script_one_city() {
+    assert_eq!(city("let x = 3;").expect_err("none").message, "the script ends without a city");
+    let twice = "let s = site(#{ size: [9, 9] });\ncity(#{ site: s });\ncity(#{ site: s });";
+    assert_eq!(headline(&city(twice).expect_err("two")), "city.rhai:3:1: city(…) is called twice");
+    assert_eq!(city(WHOLE).expect("fine").printed, ["hello"]);
+}
+
+#[test]
+fn faults_of_rules_are_told_in_the_rule() {
+    let script = |pattern: &str| {
+        let text = "city(#{ site: site(#{ size: [9, 9] }), minors: streets(#{ pattern: rule(\"mine\") }) });".to_owned();
+        let host = Host::new(vec![Shelf::new(&[("mine.rhai", pattern)])]);
+        host.plan(&Source { text, path: "city.rhai".into() }, Arc::new(Folders)).map(|evaluated| evaluated.plan)
+    };
+    let fault = script("fn propose(tip, p) {\n  tip.aheda(3)\n}").expect_err("a typo");
+    assert_eq!(headline(&fault), "mine.rhai:2:7: there is no function `aheda`");
+    assert!(script("fn propose(tip, p) { }").is_ok());
+}
+
+#[test]
+fn the_nearest_library_wins() {
+    let own = "params(#{ mine: metres(3) });\nfn propose(tip, p) { }";
+    let host = Host::new(vec![Shelf::new(&[("streets/grid.rhai", own)]), Shelf::new(&[("streets/grid.rhai", "no")])]);
+    let rule = host.rule("streets/grid").expect("the first");
+    assert!(rule.params().get("mine").is_some());
+    assert_eq!(Host::new(vec![]).rule("streets/grid").expect("built in").path(), "rules/streets/grid.rhai");
+    assert!(host.names().contains(&"buildings/extruded".to_owned()));
+}
+
+#[test]
+fn wrong_goals_and_constraints_are_told() {
+    let told = |name: &str, text: &str| {
+        let city = format!("city(#{{ site: site(#{{ size: [9, 9] }}),\n minors: streets(#{{ pattern: rule(\"streets/grid\"), {name}: rule(\"mine\") }}) }});");
+        let host = Host::new(vec![Shelf::new(&[("mine.rhai", text)])]);
+        headline(&host.plan(&Source { text: city, path: "city.rhai".into() }, Arc::new(Folders)).expect_err("wrong"))
+    };
+    let says = told("constraints", "fn constraints(p) { #{ snpa: 3 } }");
+    assert_eq!(says, "city.rhai:2:10: mine.rhai: constraints(p): constraints has no option `snpa`");
+    let says = told("constraints", "fn constraints(p) { 3 }");
+    assert_eq!(says, "city.rhai:2:10: mine.rhai: constraints(p): returns a whole number");
+    let says = told("goals", "fn goals(p) { 3 }");
+    assert_eq!(says, "city.rhai:2:10: mine.rhai: goals(p): returns a whole number");
+    let says = told("goals", "fn goals(p) {\n  p.nothing\n}");
+    assert_eq!(says, "city.rhai:2:10: mine.rhai:2:5: p has no `nothing`");
+}

@@ -1,0 +1,125 @@
+//! The snippets of `rules/README.md`, and the rules of the library, run.
+
+mod common;
+
+use common::{Folders, city, rule, tip};
+use script::{
+    BlockContext, BuildingPattern, Faults, Host, ParcelPattern, Rule, RuleKind, ShapeContext, Source, StreetPattern,
+};
+use std::sync::Arc;
+use streets::Classes;
+use streets::growth::GrowthRules;
+
+const README: &str = include_str!("../../../rules/README.md");
+
+/// The code blocks with a given head.
+fn snippets(head: &str) -> Vec<String> {
+    let blocks = README.split("```").skip(1).step_by(2);
+    blocks.filter_map(|block| block.strip_prefix(&format!("{head}\n")).map(str::to_owned)).collect()
+}
+
+/// Asks a rule everything it decides, on places of several kinds; nothing may go wrong.
+fn ask(rule: &Rule) {
+    let faults = Arc::new(Faults::default());
+    for kind in rule.kinds() {
+        match kind {
+            RuleKind::Streets => ask_streets(rule, &faults),
+            RuleKind::Parcels => ask_parcels(rule, &faults),
+            RuleKind::Buildings => ask_buildings(rule, &faults),
+            RuleKind::Goals | RuleKind::Constraints => ask_once(rule, *kind),
+        }
+    }
+    assert!(faults.is_empty(), "{}: {:?}", rule.name(), faults.sorted());
+}
+
+fn ask_streets(rule: &Rule, faults: &Arc<Faults>) {
+    let pattern = StreetPattern::new(rule.clone(), 0, Arc::new(Classes::default()), faults.clone());
+    let mut filled = 0;
+    for heading in [0.0, 45.0, 100.0, -170.0] {
+        let mut tip = tip(heading);
+        pattern.propose(&mut tip);
+        filled += usize::from(tip.slots.ahead.is_some());
+    }
+    assert_eq!(filled, 4, "{} proposes nothing", rule.name());
+}
+
+fn ask_parcels(rule: &Rule, faults: &Arc<Faults>) {
+    let pattern = ParcelPattern::new(rule.clone(), faults.clone());
+    for area in [10.0, 1000.0, 20_000.0] {
+        let (place, seed) = (geom::Vec2::ZERO, geom::Seed(area as u64));
+        pattern.choose(BlockContext { area, perimeter: 100.0, density: 5000.0, place, seed });
+    }
+}
+
+fn ask_buildings(rule: &Rule, faults: &Arc<Faults>) {
+    let pattern = BuildingPattern::new(rule.clone(), faults.clone());
+    for area in [10.0, 300.0, 5000.0] {
+        let (place, seed) = (geom::Vec2::ZERO, geom::Seed(area as u64));
+        pattern.choose(ShapeContext { area, frontage: 20.0, density: 5000.0, max_height: f64::INFINITY, place, seed });
+    }
+}
+
+/// Goals and constraints are asked when a city script names them.
+fn ask_once(rule: &Rule, kind: RuleKind) {
+    let role = kind.function();
+    let text = format!(
+        "city(#{{ site: site(\"maps\"), minors: streets(#{{ pattern: rule(\"streets/grid\"), {role}: rule(\"mine\") }}) }});"
+    );
+    let library = common::Shelf::new(&[("mine.rhai", &text_of(rule))]);
+    let source = Source { text, path: "city.rhai".into() };
+    let plan = Host::new(vec![library]).plan(&source, Arc::new(Folders)).expect("a good rule").plan;
+    let minors = plan.minors.expect("minors");
+    let goal = minors.goal().expect("a goal");
+    let constraints = minors.constraints().expect("constraints");
+    assert_eq!((goal.is_some(), constraints.is_some()), (kind == RuleKind::Goals, kind == RuleKind::Constraints));
+}
+
+/// The text of a rule: from the readme or the library.
+fn text_of(rule: &Rule) -> String {
+    let own = |text: &String| text.starts_with(&format!("//! {}", rule.about()));
+    let mut texts = snippets("rhai");
+    let library: &dyn script::Library = &script::Embedded;
+    texts.extend(library.names().iter().filter_map(|name| library.read(name)?.ok()).map(|source| source.text));
+    texts.into_iter().find(own).expect("a known rule")
+}
+
+#[test]
+fn rules_of_the_tour_run() {
+    let snippets = snippets("rhai");
+    assert_eq!(snippets.len(), 6, "a snippet of the tour is not run");
+    for text in snippets {
+        let rule = rule(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
+        assert!(!rule.about().is_empty());
+        ask(&rule);
+    }
+}
+
+#[test]
+fn cities_of_the_tour_run() {
+    let snippets = snippets("rhai city");
+    assert_eq!(snippets.len(), 2);
+    for text in snippets {
+        let plan = city(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}")).plan;
+        assert!(plan.minors.is_some());
+    }
+}
+
+#[test]
+fn rules_of_the_library_run_and_are_documented() {
+    let host = Host::new(vec![]);
+    for name in host.names() {
+        let rule = host.rule(&name).unwrap_or_else(|fault| panic!("{fault}"));
+        assert!(!rule.about().is_empty(), "{name} does not say what it is");
+        for (param, _) in rule.params().iter() {
+            assert!(!param.about.is_empty(), "{name}: {} says nothing", param.name);
+        }
+        ask(&rule);
+    }
+}
+
+#[test]
+fn the_tour_names_every_kind_and_field() {
+    for kind in RuleKind::ALL {
+        assert!(README.contains(&format!("fn {}", kind.form())), "{}", kind.form());
+    }
+}

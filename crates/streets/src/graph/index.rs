@@ -1,0 +1,91 @@
+//! Where segments lie: a uniform hash grid. Its cells are looked up, never iterated.
+
+use super::SegmentKey;
+use geom::{Bounds, Point};
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+/// log2 of the cell size in LSB: 128 m, about the length of a street segment.
+const CELL_SHIFT: u32 = 17;
+
+/// Segments by grid cell.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SegmentIndex {
+    cells: FxHashMap<(i32, i32), SmallVec<[SegmentKey; 6]>>,
+}
+
+impl SegmentIndex {
+    pub(crate) fn insert(&mut self, key: SegmentKey, a: Point, b: Point) {
+        for_cells_along(a, b, |cell| self.cells.entry(cell).or_default().push(key));
+    }
+
+    pub(crate) fn remove(&mut self, key: SegmentKey, a: Point, b: Point) {
+        for_cells_along(a, b, |cell| {
+            if let Some(keys) = self.cells.get_mut(&cell)
+                && let Some(at) = keys.iter().position(|&k| k == key)
+            {
+                keys.swap_remove(at);
+            }
+        });
+    }
+
+    /// Keys of all segments that may touch the box, sorted, each once.
+    pub(crate) fn near(&self, bounds: Bounds) -> SmallVec<[SegmentKey; 32]> {
+        let mut found = SmallVec::new();
+        for cx in bounds.min.x >> CELL_SHIFT..=bounds.max.x >> CELL_SHIFT {
+            for cy in bounds.min.y >> CELL_SHIFT..=bounds.max.y >> CELL_SHIFT {
+                if let Some(keys) = self.cells.get(&(cx, cy)) {
+                    found.extend_from_slice(keys);
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+/// Calls `f` once for each cell that the segment touches (and at most a few more).
+fn for_cells_along(a: Point, b: Point, mut f: impl FnMut((i32, i32))) {
+    let (west, east) = if a.x <= b.x { (a, b) } else { (b, a) };
+    for cx in west.x >> CELL_SHIFT..=east.x >> CELL_SHIFT {
+        let x0 = (i64::from(cx) << CELL_SHIFT).max(i64::from(west.x));
+        let x1 = ((i64::from(cx) + 1) << CELL_SHIFT).min(i64::from(east.x));
+        let (low, high) = heights(west, east, x0, x1);
+        for cy in low >> CELL_SHIFT..=high >> CELL_SHIFT {
+            f((cx, cy as i32));
+        }
+    }
+}
+
+/// Bounds of y on the segment for x in `x0..=x1`, rounded outwards.
+fn heights(west: Point, east: Point, x0: i64, x1: i64) -> (i64, i64) {
+    let (dx, dy) = west.to(east);
+    let west_y = i64::from(west.y);
+    if dx == 0 {
+        return (west_y.min(i64::from(east.y)), west_y.max(i64::from(east.y)));
+    }
+    let floor = |x: i64| west_y + ((x - i64::from(west.x)) * dy).div_euclid(dx);
+    (floor(x0).min(floor(x1)), floor(x0).max(floor(x1)) + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_point_of_a_segment_finds_it(ax in -900_000..900_000, ay in -900_000..900_000, bx in -900_000..900_000,
+                                             by in -900_000..900_000, t in 0.0f64..=1.0) {
+            let (a, b) = (Point::new(ax, ay), Point::new(bx, by));
+            let mut index = SegmentIndex::default();
+            index.insert(SegmentKey(7), a, b);
+            let on = Point::from_metres(a.metres().lerp(b.metres(), t));
+            let found = index.near(Bounds::between(on, on).grown(1));
+            prop_assert_eq!(found.as_slice(), &[SegmentKey(7)]);
+            index.remove(SegmentKey(7), b, a);
+            prop_assert!(index.near(Bounds::between(a, b)).is_empty());
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! The extended L-system kernel (PM01 §3): rules propose, the kernel disposes.
+//!
+//! [`grow`] derives majors in a graph; [`grow_quarter`] fills one quarter as a pure function of it, so that many can
+//! run at once, and [`attach`] puts the results into the graph in an order of its own. Every proposal has a lineage
+//! (which tip proposed it in which slot), from which the ids of streets and nodes are made.
+
+pub mod fields;
+pub mod tip;
+
+mod constraints;
+mod goal;
+mod ground;
+mod kernel;
+mod lineage;
+mod log;
+mod merge;
+mod near;
+mod outside;
+mod quarter;
+mod queue;
+mod seat;
+mod settings;
+
+pub use constraints::Constraints;
+pub use fields::{Field, Fields};
+pub use goal::Goal;
+pub use kernel::grow;
+pub use lineage::Branch;
+pub use log::{Accepted, GrowthLog, Lineage, Outcome, Refusals, Refused, RefusedProposal, Stopped};
+pub use merge::{Dropped, MergeLog, attach};
+pub use outside::grow_outside;
+pub use quarter::{Attachment, QuarterGrowth, QuarterSettings, grow_quarter};
+pub use settings::{Growth, Limits, SeedPoint};
+pub use tip::{GrowthRules, Slot, Slots, Steer, Tip};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,182 @@
+//! The streets around a proposal, gathered once, and the questions the local constraints ask of them. What is answered
+//! here only shapes a proposal; that the graph stays planar is the business of the insertion.
+
+use crate::StreetGraph;
+use geom::{Bounds, Point, predicates, tolerance};
+
+/// Largest sine of the angle at which two lines count as near-parallel (20.5°).
+const PARALLEL_SINE: f64 = 0.35;
+/// Share of the shorter of two near-parallel lines that must lie beside the other for the two to be duplicates.
+const DUPLICATE_SHARE: f64 = 0.5;
+/// A place this close (LSB) to a segment lies on it: the rounding of the place plus that of the segment's ends.
+const ON_LINE: i32 = 3;
+
+/// Segments of the ground near a proposal.
+#[derive(Debug, Default)]
+pub(super) struct Near {
+    lines: Vec<Line>,
+}
+
+/// A segment: its ends, and half its right-of-way in LSB.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    a: Point,
+    b: Point,
+    half_width: i32,
+}
+
+/// Where a line first meets the streets around.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Met {
+    /// Share of the line up to there.
+    pub share: f64,
+    /// The place, rounded.
+    pub at: Point,
+    /// Whether it is a crossing that is there already, rather than a street between two.
+    pub is_node: bool,
+}
+
+impl Near {
+    /// Gathers the segments of level 0 whose box overlaps the box. The order is that of keys: answers do not depend on
+    /// it.
+    pub fn gather(&mut self, graph: &StreetGraph, bounds: Bounds) {
+        self.lines.clear();
+        let lines = &mut self.lines;
+        graph.for_segments_near(bounds, |key| {
+            let segment = graph.segment(key);
+            if segment.level == 0 {
+                let (a, b) = graph.line(key.forward());
+                lines.push(Line { a, b, half_width: segment.half_width() });
+            }
+        });
+    }
+
+    /// The first street that the line from `from` to `to` crosses, or crossing that it passes closer than `snap` LSB,
+    /// there the crossing. Streets that `from` lies on, and crossings closer than `least` to it, are passed over.
+    pub fn first_met(&self, from: Point, to: Point, snap: i32, least: i32) -> Option<Met> {
+        let mut best: Option<Met> = None;
+        let mut offer = |share: f64, at: Point, is_node: bool| {
+            if best.is_none_or(|met| (share, at) < (met.share, met.at)) {
+                best = Some(Met { share, at, is_node });
+            }
+        };
+        let length_squared = from.distance_squared(to) as f64;
+        let touch_share = f64::from(tolerance::LAYING) / length_squared.sqrt();
+        let (reach, least_share) = (f64::from(snap) * length_squared.sqrt(), f64::from(least) / length_squared.sqrt());
+        for &Line { a, b, .. } in &self.lines {
+            let sides = [a, b].map(|end| predicates::orient(from, to, end));
+            for (end, side) in [a, b].into_iter().zip(sides) {
+                let share = predicates::dot(from, to, end) as f64 / length_squared;
+                if (side as f64).abs() < reach && share >= least_share && share <= 1.0 {
+                    offer(share, end, true);
+                }
+            }
+            if a == from || b == from || (sides[0] > 0 && sides[1] > 0) || (sides[0] < 0 && sides[1] < 0) {
+                continue;
+            }
+            let (before, after) = (predicates::orient(a, b, from), predicates::orient(a, b, to));
+            if before == 0 || (before > 0) == (after > 0) && after != 0 {
+                continue;
+            }
+            let share = before as f64 / (before - after) as f64;
+            if share > touch_share
+                && let Some(at) = predicates::cut(from, to, a, b)
+            {
+                offer(share, at, false);
+            }
+        }
+        best
+    }
+
+    /// The crossing nearest to `p`, closer than `snap` LSB and other than `except`.
+    pub fn node_within(&self, p: Point, snap: i32, except: Point) -> Option<Point> {
+        let limit = i64::from(snap) * i64::from(snap);
+        let ends = self.lines.iter().flat_map(|line| [line.a, line.b]).filter(|&end| end != except);
+        let nearest = ends.map(|end| (end.distance_squared(p), end)).min()?;
+        (nearest.0 < limit).then_some(nearest.1)
+    }
+
+    /// The place nearest to `p` on a street closer than `snap` LSB that does not start at `except`.
+    pub fn foot_within(&self, p: Point, snap: i32, except: Point) -> Option<Point> {
+        let lines = self.lines.iter().filter(|line| line.a != except && line.b != except);
+        let close = lines.filter(|line| predicates::within(line.a, line.b, p, snap));
+        let feet = close.map(|line| predicates::foot(line.a, line.b, p));
+        feet.map(|foot| (foot.distance_squared(p), foot)).min().map(|(_, foot)| foot)
+    }
+
+    /// Whether a street ends at `p`.
+    pub fn has_node_at(&self, p: Point) -> bool {
+        self.lines.iter().any(|line| line.a == p || line.b == p)
+    }
+
+    /// Whether a street lies closer than `reach` LSB to `p`.
+    pub fn has_street_within(&self, p: Point, reach: i32) -> bool {
+        self.lines.iter().any(|line| predicates::within(line.a, line.b, p, reach))
+    }
+
+    /// Whether a line of that half width runs along a street: near-parallel, and more than half of the shorter of the
+    /// two lies closer than `width` LSB to the other, or so close that their roadways overlap. Symmetric in the two.
+    pub fn is_duplicate(&self, from: Point, to: Point, half_width: i32, width: i32) -> bool {
+        self.lines.iter().any(|line| {
+            let width = width.max(half_width.saturating_add(line.half_width));
+            are_duplicates((from, to), (line.a, line.b), f64::from(width))
+        })
+    }
+
+    /// Whether the line from `at` to `to` makes an angle at `at` with a street there whose cosine exceeds `cosine`.
+    pub fn is_sharp(&self, at: Point, to: Point, cosine: f64) -> bool {
+        let direction = at.to(to);
+        let is_near = |other: (i64, i64)| {
+            let dot = (direction.0 * other.0 + direction.1 * other.1) as f64;
+            dot > cosine * (norm_squared(direction) * norm_squared(other)).sqrt()
+        };
+        self.lines.iter().any(|&Line { a, b, .. }| {
+            if a == at {
+                is_near(a.to(b))
+            } else if b == at {
+                is_near(b.to(a))
+            } else {
+                let is_on = Bounds::between(a, b).grown(ON_LINE).contains(at) && predicates::within(a, b, at, ON_LINE);
+                is_on && (is_near(a.to(b)) || is_near(b.to(a)))
+            }
+        })
+    }
+}
+
+fn norm_squared(v: (i64, i64)) -> f64 {
+    (v.0 * v.0 + v.1 * v.1) as f64
+}
+
+fn are_duplicates(one: (Point, Point), other: (Point, Point), width: f64) -> bool {
+    let (u, v) = (one.0.to(one.1), other.0.to(other.1));
+    let cross = (u.0 * v.1 - u.1 * v.0) as f64;
+    let (length, other_length) = (norm_squared(u).sqrt(), norm_squared(v).sqrt());
+    if cross.abs() >= PARALLEL_SINE * length * other_length {
+        return false;
+    }
+    // Lines of equal length are held against each other both ways, so that the answer does not depend on their order.
+    (length >= other_length && share_beside(one, other, width) > DUPLICATE_SHARE)
+        || (other_length >= length && share_beside(other, one, width) > DUPLICATE_SHARE)
+}
+
+/// The share of `short` that lies beside `long`: between its ends, and at most `width` off it.
+fn share_beside(long: (Point, Point), short: (Point, Point), width: f64) -> f64 {
+    let squared = long.0.distance_squared(long.1) as f64;
+    let along = [short.0, short.1].map(|p| predicates::dot(long.0, long.1, p) as f64);
+    let across = [short.0, short.1].map(|p| predicates::orient(long.0, long.1, p) as f64);
+    let reach = width * squared.sqrt();
+    let share = clip((0.0, 1.0), along, 0.0, squared);
+    let share = clip(share, across, -reach, reach);
+    share.1 - share.0
+}
+
+/// The part of the parameter range where a value that goes linearly from `values[0]` to `values[1]` lies in
+/// `low..=high`; an empty range has its ends in the wrong order or equal.
+fn clip(range: (f64, f64), values: [f64; 2], low: f64, high: f64) -> (f64, f64) {
+    let change = values[1] - values[0];
+    if change == 0.0 {
+        return if (low..=high).contains(&values[0]) { range } else { (0.0, 0.0) };
+    }
+    let (a, b) = ((low - values[0]) / change, (high - values[0]) / change);
+    (range.0.max(a.min(b)), range.1.min(a.max(b)))
+}

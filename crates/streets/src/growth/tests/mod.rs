@@ -1,0 +1,7 @@
+//! Growth with ten-line rules: the literal rewriter as oracle, patterns, constraints, quarters, merges.
+
+mod adjusting;
+mod derivation;
+mod quarters;
+mod rewriter;
+mod support;
