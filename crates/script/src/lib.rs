@@ -21,7 +21,8 @@ pub use fault::{Fault, Faults};
 pub use host::{Embedded, Library, Source};
 pub use param::{Domain, Literal, Param, ParamError, ParamSet, Unit, Value};
 pub use plan::{
-    DensityGoal, GivenLine, GoalPlan, MapOptions, MapRef, Plan, QuarterPlan, RoleParam, SitePlan, StreetImport, StreetPlan,
+    DensityGoal, GivenLine, GoalPlan, MapOptions, MapRef, Plan, QuarterPlan, RoleParam, SitePlan, StreetImport,
+    StreetPlan,
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{
@@ -41,11 +42,8 @@ pub struct Host {
 impl Host {
     /// A host that looks into the given libraries in order, then into the built-in one.
     pub fn new(libraries: Vec<Arc<dyn Library>>) -> Self {
-        let around = Surroundings {
-            shelves: Shelves::new(libraries),
-            texts: Texts::default(),
-            modules: Modules::default(),
-        };
+        let around =
+            Surroundings { shelves: Shelves::new(libraries), texts: Texts::default(), modules: Modules::default() };
         Self { around }
     }
 

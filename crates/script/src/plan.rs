@@ -230,9 +230,8 @@ impl Plan {
             Some((name, value))
         });
         // Values were checked when the script was read; what a rule no longer declares is left out.
-        let params = own.fold(rule.params().clone(), |params, (name, value)| {
-            params.with(name, value.clone()).unwrap_or(params)
-        });
+        let params =
+            own.fold(rule.params().clone(), |params, (name, value)| params.with(name, value.clone()).unwrap_or(params));
         Some(rule.with(params))
     }
 

@@ -237,7 +237,7 @@ impl Rule {
             vocabulary: self.vocabulary(),
             operations: Limits::RULE.operations,
         };
-        of_error(error, &diagnosis)
+        of_error(*error, &diagnosis)
     }
 
     pub(crate) fn fault_of_panic(&self, payload: &(dyn Any + Send)) -> Fault {
@@ -311,7 +311,7 @@ fn early_fault(engine: &Engine, source: &Source, around: &Surroundings, error: B
         vocabulary: &Vocabulary::of(engine, &AST::empty()),
         operations: Limits::RULE.operations,
     };
-    of_error(error, &diagnosis)
+    of_error(*error, &diagnosis)
 }
 
 /// What the functions of a file make it.

@@ -62,7 +62,10 @@ fn values_are_read_and_checked() {
     assert_eq!(says("lit", "yes"), "`lit` must be true or false, not `yes`");
     assert_eq!(says("paint", "red"), "`paint` must be a colour such as #c0ffee, not `red`");
     let error = set("zata", "90").expect_err("unknown");
-    assert_eq!((error.message.as_str(), error.hint.as_deref()), ("there is no parameter `zata`", Some("did you mean `zeta`?")));
+    assert_eq!(
+        (error.message.as_str(), error.hint.as_deref()),
+        ("there is no parameter `zata`", Some("did you mean `zeta`?"))
+    );
     assert_eq!(set("style", "odl").expect_err("unknown").hint.as_deref(), Some("did you mean `old`?"));
 }
 
@@ -99,13 +102,19 @@ fn wrong_declarations_are_placed() {
         headline(&fault)
     };
     assert_eq!(says("a: 3"), "mine.rhai:2:3: `a` must be a parameter, not a whole number");
-    assert_eq!(says("a: metres(3), b: metres(9).range(0, 5)"), "mine.rhai:2:17: the default of `b` must be a number from 0 to 5 m, not 9");
+    assert_eq!(
+        says("a: metres(3), b: metres(9).range(0, 5)"),
+        "mine.rhai:2:17: the default of `b` must be a number from 0 to 5 m, not 9"
+    );
     assert_eq!(says("a: metres(3).range(5, 0)"), "mine.rhai:2:16: the range runs from high to low");
     assert_eq!(says("a: flag(true).range(5, 9)"), "mine.rhai:2:17: only numbers have a range");
     assert_eq!(says("a: metres(\"x\")"), "mine.rhai:2:6: the default must be a number, not a text");
     assert_eq!(says("a: ratio(1.5)"), "mine.rhai:2:3: the default of `a` must be a number from 0 to 1, not 1.5");
     assert_eq!(says("a: colour(\"red\")"), "mine.rhai:2:6: the default must be a colour such as #c0ffee, not `red`");
-    assert_eq!(says("a: choice(\"c\", [\"a\", \"b\"])"), "mine.rhai:2:3: the default of `a` must be one of `a`, `b`, not c");
+    assert_eq!(
+        says("a: choice(\"c\", [\"a\", \"b\"])"),
+        "mine.rhai:2:3: the default of `a` must be one of `a`, `b`, not c"
+    );
     let twice = rule("params(#{});\nparams(#{});\nfn propose(tip, p) { }").expect_err("twice");
     assert_eq!(headline(&twice), "mine.rhai:2:1: params(…) stands twice in this file");
 }

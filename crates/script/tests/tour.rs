@@ -65,7 +65,7 @@ fn ask_once(rule: &Rule, kind: RuleKind) {
     let text = format!(
         "city(#{{ site: site(\"maps\"), minors: streets(#{{ pattern: rule(\"streets/grid\"), {role}: rule(\"mine\") }}) }});"
     );
-    let library = common::Shelf::new(&[("mine.rhai", &text_of(rule))]);
+    let library = common::shelf(&[("mine.rhai", &text_of(rule))]);
     let source = Source { text, path: "city.rhai".into() };
     let plan = Host::new(vec![library]).plan(&source, Arc::new(Folders)).expect("a good rule").plan;
     let minors = plan.minors.expect("minors");

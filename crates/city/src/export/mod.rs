@@ -222,7 +222,7 @@ mod tests {
             assert_eq!((feature.properties.bridge, feature.properties.level), (run.level > 0, f64::from(run.level)));
         }
         for (feature, building) in of("building").iter().zip(&city.buildings) {
-            assert_eq!(feature.properties.height, Some(building.height));
+            assert!((feature.properties.height.unwrap() - building.height).abs() < 1e-9);
             assert_eq!(feature.properties.parcel, Some(building.parcel.to_string()));
         }
     }

@@ -66,6 +66,9 @@ impl Street<'_> {
     }
 }
 
+/// What reading a decimal may put a position off the lattice: a few units in the last place of the largest coordinate.
+const READING_ERROR_M: f64 = 1e-9;
+
 /// Positions on their way to the lattice.
 #[derive(Default)]
 struct Rounding {
@@ -78,7 +81,7 @@ impl Rounding {
         let at = Vec2::new(x, y);
         match Point::try_from_metres(at) {
             Some(point) => {
-                self.moved += usize::from(point.metres() != at);
+                self.moved += usize::from((point.metres() - at).abs().max_element() > READING_ERROR_M);
                 point
             }
             None => {

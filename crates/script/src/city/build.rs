@@ -15,7 +15,17 @@ use streets::StreetId;
 
 /// Everything that `city(…)` knows.
 const KEYS: [&str; 12] = [
-    "site", "within", "barred", "seed", "given", "imported", "majors", "minors", "parcels", "buildings", "quarters",
+    "site",
+    "within",
+    "barred",
+    "seed",
+    "given",
+    "imported",
+    "majors",
+    "minors",
+    "parcels",
+    "buildings",
+    "quarters",
     "remove",
 ];
 

@@ -66,7 +66,7 @@ fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AS
 
 fn fault_of(error: Box<EvalAltResult>, source: &Source, around: &Surroundings, words: &Vocabulary) -> Fault {
     let (file, texts) = (source.path.as_str(), &around.texts);
-    of_error(error, &Diagnosis { file, texts, vocabulary: words, operations: Limits::CITY.operations })
+    of_error(*error, &Diagnosis { file, texts, vocabulary: words, operations: Limits::CITY.operations })
 }
 
 fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, desk: &Desk) {

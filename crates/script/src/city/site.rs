@@ -100,7 +100,9 @@ pub(super) fn register(engine: &mut Engine, sites: Arc<dyn Sites>) {
 
 fn extent(site: &SiteHandle) -> Result<Vec2, Refusal> {
     let size = site.lock().size.or(site.info.size);
-    size.ok_or_else(|| Complaint::new("the size of the site is not known").hint("say site(\"maps\", #{ size: [w, h] })").into())
+    size.ok_or_else(|| {
+        Complaint::new("the size of the site is not known").hint("say site(\"maps\", #{ size: [w, h] })").into()
+    })
 }
 
 fn folder_site(sites: &dyn Sites, folder: &str, options: Map) -> Result<SiteHandle, Refusal> {
@@ -117,7 +119,8 @@ fn folder_site(sites: &dyn Sites, folder: &str, options: Map) -> Result<SiteHand
 
 fn flat_site(options: Map) -> Result<SiteHandle, Refusal> {
     let size = Options::new("site", options, &["size"])?.size("size")?;
-    let size = size.ok_or_else(|| Complaint::new("a site without maps needs a size").hint("site(#{ size: [3000, 2000] })"))?;
+    let size =
+        size.ok_or_else(|| Complaint::new("a site without maps needs a size").hint("site(#{ size: [3000, 2000] })"))?;
     let plan = SitePlan { size: Some(size), ..SitePlan::default() };
     Ok(SiteHandle { plan: Arc::new(Mutex::new(plan)), info: Arc::new(SiteInfo { size: Some(size), maps: Vec::new() }) })
 }

@@ -41,7 +41,9 @@ pub(super) fn register(engine: &mut Engine) {
     FuncRegistration::new("density")
         .with_params_info(["map", "#{ least, full, pace }"])
         .with_comments(["/// Streets where the map says so: none below `least`, later branches below `full`."])
-        .register_into_engine(engine, |map: Dynamic, options: Map| Ok::<_, Refusal>(crate::words::density(&map, options)?));
+        .register_into_engine(engine, |map: Dynamic, options: Map| {
+            Ok::<_, Refusal>(crate::words::density(&map, options)?)
+        });
     FuncRegistration::new("density")
         .with_params_info(["map"])
         .register_into_engine(engine, |map: Dynamic| Ok::<_, Refusal>(crate::words::density(&map, Map::new())?));
@@ -92,7 +94,8 @@ fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
     let mut options = Options::new("streets_from", options, &["class", "width", "classes", "widths"])?;
     let named = |(value, name): (_, Dynamic)| Ok((String::from(value), class(&text(name, "classes")?, "classes")?));
     let wide = |(value, metres): (_, Dynamic)| {
-        let metres = crate::words::within("`widths`", &metres, WIDTHS.0, WIDTHS.1, " m").map_err(|c| c.key("widths"))?;
+        let metres =
+            crate::words::within("`widths`", &metres, WIDTHS.0, WIDTHS.1, " m").map_err(|c| c.key("widths"))?;
         Ok::<_, Complaint>((String::from(value), metres))
     };
     Ok(StreetImport {
@@ -110,7 +113,10 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
     let plan = StreetPlan {
         pattern: rule_of(pattern, "pattern", RuleKind::Streets)?,
         goals: options.take("goals").map(goals).transpose()?,
-        constraints: options.take("constraints").map(|value| rule_of(value, "constraints", RuleKind::Constraints)).transpose()?,
+        constraints: options
+            .take("constraints")
+            .map(|value| rule_of(value, "constraints", RuleKind::Constraints))
+            .transpose()?,
         width: width(&mut options)?,
     };
     // What is told once is asked for here already: its faults are the script's.

@@ -28,16 +28,16 @@ struct Spot {
 type Words = Complaint;
 
 /// The fault of a Rhai error: placed where the innermost frame failed.
-pub(crate) fn of_error(error: Box<EvalAltResult>, diagnosis: &Diagnosis<'_>) -> Fault {
+pub(crate) fn of_error(error: EvalAltResult, diagnosis: &Diagnosis<'_>) -> Fault {
     let mut spot = Spot { file: diagnosis.file.to_owned(), position: Position::NONE };
     let inner = innermost(error, &mut spot);
-    if let EvalAltResult::ErrorRuntime(payload, _) = &*inner
+    if let EvalAltResult::ErrorRuntime(payload, _) = &inner
         && let Some(fault) = payload.read_lock::<Fault>()
     {
         // A rule that a city script loads has told its own fault already.
         return fault.clone();
     }
-    let words = words_of(*inner, diagnosis, &spot.file);
+    let words = words_of(inner, diagnosis, &spot.file);
     let line = spot.position.line().unwrap_or(0) as u32;
     let column = if line == 0 { 0 } else { spot.position.position().unwrap_or(1) as u32 };
     let (line, column) = on_key(&words, diagnosis, &spot.file, (line, column));
@@ -53,29 +53,31 @@ pub(crate) fn of_panic(file: &str, payload: &(dyn Any + Send)) -> Fault {
 }
 
 /// Peels off the frames of calls and modules; the outer position counts where the inner one is unknown.
-fn innermost(mut error: Box<EvalAltResult>, spot: &mut Spot) -> Box<EvalAltResult> {
+fn innermost(mut error: EvalAltResult, spot: &mut Spot) -> EvalAltResult {
     loop {
         let own = error.position();
         if !own.is_none() {
             spot.position = own;
         }
-        let (file, inner) = match *error {
+        let (file, inner) = match error {
             EvalAltResult::ErrorInFunctionCall(_, file, inner, _) | EvalAltResult::ErrorInModule(file, inner, _) => {
                 (file, inner)
             }
-            other => return Box::new(other),
+            other => return other,
         };
         if !file.is_empty() && !inner_position(&inner).is_none() {
             spot.file = file;
         }
-        error = inner;
+        error = *inner;
     }
 }
 
 /// The position of an error or, where it has none, of the error inside it.
 fn inner_position(error: &EvalAltResult) -> Position {
     match error {
-        EvalAltResult::ErrorInFunctionCall(_, _, inner, at) | EvalAltResult::ErrorInModule(_, inner, at) if at.is_none() => {
+        EvalAltResult::ErrorInFunctionCall(_, _, inner, at) | EvalAltResult::ErrorInModule(_, inner, at)
+            if at.is_none() =>
+        {
             inner_position(inner)
         }
         other => other.position(),
@@ -198,7 +200,7 @@ fn plain_types(list: &str) -> String {
     list.split(", ").map(plain_type).collect::<Vec<_>>().join(", ")
 }
 
-/// A Rhai type in the words of a rule writer.
+/// A Rhai type, or one of ours in lower case, in the words of a rule writer.
 pub(crate) fn plain_type(name: &str) -> String {
     match name.trim() {
         "" => String::new(),
@@ -209,6 +211,15 @@ pub(crate) fn plain_type(name: &str) -> String {
         "array" => "a list".into(),
         "map" => "a map #{ … }".into(),
         "Fn" => "a function".into(),
+        "rule" => "a rule".into(),
+        "mapref" => "a map of the site".into(),
+        "sitehandle" => "a site".into(),
+        "streetplan" => "streets(…)".into(),
+        "streetimport" => "streets_from(…)".into(),
+        "givenline" => "line(…)".into(),
+        "densitygoal" => "density(…)".into(),
+        "steer" => "a field of headings".into(),
+        "declaration" => "a parameter".into(),
         name if name.contains("tring") || name.contains("str") => "a text".into(),
         name => name.into(),
     }

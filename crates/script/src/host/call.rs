@@ -85,3 +85,41 @@ impl<C: Send + 'static> Caller<C> {
         self.desks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Faults, Host, Source, StreetPattern};
+    use geom::{Angle, Bounds, Point, Seed};
+    use std::sync::Arc;
+    use streets::growth::{Fields, GrowthRules, Slots, Tip};
+
+    fn tip(age: u32) -> Tip {
+        let bounds = Bounds::between(Point::new(0, 0), Point::new(1024, 1024));
+        Tip {
+            at: Point::new(0, 0),
+            heading: Angle::ZERO,
+            class: streets::Classes::MINOR,
+            is_seed: false,
+            age,
+            seed: Seed(1),
+            fields: Arc::new(Fields::plain(bounds)),
+            slots: Slots::default(),
+        }
+    }
+
+    #[test]
+    fn a_panic_inside_is_a_fault_and_the_next_call_is_well() {
+        let text = "fn propose(tip, p) {\n  tip.ahead(10);\n  if tip.age == 1 { fail_inside(); }\n}".to_owned();
+        let rule = Host::new(vec![]).rule_of("mine", &Source { text, path: "mine.rhai".into() }).expect("loads");
+        let faults = Arc::new(Faults::default());
+        let pattern = StreetPattern::new(rule, 0, Arc::new(streets::Classes::default()), faults.clone());
+        let lengths = [0, 1, 0].map(|age| {
+            let mut tip = tip(age);
+            pattern.propose(&mut tip);
+            tip.slots.ahead.map(|slot| slot.length)
+        });
+        assert_eq!(lengths, [Some(10.0), None, Some(10.0)]);
+        let told: Vec<String> = faults.sorted().into_iter().map(|fault| fault.message).collect();
+        assert_eq!(told, ["the program failed inside: as the test wants"]);
+    }
+}

@@ -48,8 +48,11 @@ pub(super) fn register(engine: &mut Engine) {
     conversions(engine);
 }
 
+/// A function of one number.
+type Function = fn(f64) -> f64;
+
 /// Functions of one number. Angles of `sin` and its kin are radians.
-const ONE: [(&str, fn(f64) -> f64); 17] = [
+const ONE: [(&str, Function); 17] = [
     ("sin", libm::sin),
     ("cos", libm::cos),
     ("tan", libm::tan),

@@ -73,7 +73,8 @@ impl Resolver {
         let mut ast = engine.compile(&source.text).map_err(|error| inside(error.into()))?;
         ast.set_source(source.path.as_str());
         let module = Module::eval_ast_as_new(Scope::new(), &ast, engine).map_err(inside)?;
-        let mut readings = OPEN.with_borrow_mut(|open| open.last_mut().map(|(_, r)| std::mem::take(r))).unwrap_or_default();
+        let mut readings =
+            OPEN.with_borrow_mut(|open| open.last_mut().map(|(_, r)| std::mem::take(r))).unwrap_or_default();
         readings.insert((name.to_owned(), Id::of_text("script", &source.text)));
         Ok(Loaded { module: module.into(), readings })
     }

@@ -56,7 +56,8 @@ fn in_order(map: Map) -> Result<Vec<Param>, Complaint> {
     for (name, value) in map {
         let kind = kind_of(&value);
         let Some(declaration) = value.try_cast::<Declaration>() else {
-            let help = "write metres(…), degrees(…), ratio(…), number(…), whole(…), choice(…), flag(…), map(…) or colour(…)";
+            let help =
+                "write metres(…), degrees(…), ratio(…), number(…), whole(…), choice(…), flag(…), map(…) or colour(…)";
             return Err(Complaint::new(format!("`{name}` must be a parameter, not {kind}")).hint(help).key(name));
         };
         found.push((declaration.ordinal, name.to_string(), declaration));
@@ -149,7 +150,7 @@ fn others(engine: &mut Engine) {
     let map = |name: &str| new(Domain::Map, Literal::Map(MapRef { name: name.to_owned() }));
     FuncRegistration::new("map").with_params_info(["name"]).register_into_engine(engine, map);
     let colour = |text: &str| -> Result<Declaration, Refusal> {
-        let default = Domain::Colour.from_text(text).map_err(complaint)?;
+        let default = Domain::Colour.read_text(text).map_err(complaint)?;
         Ok(new(Domain::Colour, default))
     };
     FuncRegistration::new("colour").with_params_info(["\"#rrggbb\""]).register_into_engine(engine, colour);
@@ -160,7 +161,8 @@ fn others(engine: &mut Engine) {
 fn choice(default: &str, words: Array) -> Result<Declaration, Refusal> {
     let texts: Option<Vec<String>> = words.into_iter().map(|word| word.into_string().ok()).collect();
     let texts = texts.filter(|texts| !texts.is_empty());
-    let texts = texts.ok_or_else(|| Complaint::new("a choice needs a list of texts").hint("choice(\"a\", [\"a\", \"b\"])"))?;
+    let texts =
+        texts.ok_or_else(|| Complaint::new("a choice needs a list of texts").hint("choice(\"a\", [\"a\", \"b\"])"))?;
     Ok(new(Domain::Choice(texts), Literal::Choice(default.to_owned())))
 }
 

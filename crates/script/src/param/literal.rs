@@ -57,7 +57,7 @@ pub(super) type Misfit = (String, Option<String>);
 
 impl Domain {
     /// Reads a value that a script gives.
-    pub(super) fn from_dynamic(&self, value: &Dynamic) -> Result<Literal, Misfit> {
+    pub(super) fn read_dynamic(&self, value: &Dynamic) -> Result<Literal, Misfit> {
         let literal = match self {
             Self::Number { .. } => number(value).map(Literal::Number),
             Self::Whole { .. } => whole(value).map(Literal::Whole),
@@ -72,7 +72,7 @@ impl Domain {
     }
 
     /// Reads a value as it is written behind `--set name=`.
-    pub(super) fn from_text(&self, text: &str) -> Result<Literal, Misfit> {
+    pub(super) fn read_text(&self, text: &str) -> Result<Literal, Misfit> {
         let text = text.trim();
         let literal = match self {
             Self::Number { .. } => text.parse().ok().map(Literal::Number),
@@ -96,7 +96,7 @@ impl Domain {
     /// Holds a value against ranges and words.
     pub(super) fn check(&self, literal: Literal) -> Result<Literal, Misfit> {
         let inside = match (self, &literal) {
-            (Self::Number { range: (low, high), .. }, Literal::Number(x)) => low <= x && x <= high,
+            (Self::Number { range: (low, high), .. }, Literal::Number(x)) => x.is_finite() && low <= x && x <= high,
             (Self::Whole { range: (low, high) }, Literal::Whole(x)) => low <= x && x <= high,
             (Self::Choice(words), Literal::Choice(word)) => words.contains(word),
             (Self::Flag, Literal::Flag(_)) | (Self::Map, Literal::Map(_)) | (Self::Colour, Literal::Colour(_)) => true,

@@ -6,8 +6,8 @@ mod set;
 
 pub(crate) use declare::{Declared, register};
 pub use literal::Literal;
-pub use set::{ParamError, ParamSet};
 pub(crate) use set::Params;
+pub use set::{ParamError, ParamSet};
 
 /// What a parameter may be.
 #[derive(Clone, Debug, PartialEq)]

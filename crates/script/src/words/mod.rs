@@ -25,6 +25,8 @@ pub(crate) fn register(engine: &mut Engine) {
     block::register(engine);
     shape::register(engine);
     once::register(engine);
+    #[cfg(test)]
+    engine.register_fn("fail_inside", || -> () { panic!("as the test wants") });
 }
 
 /// Registers a method of a handle: its name, the names of its arguments, what it does.
@@ -57,7 +59,10 @@ where
 pub(crate) fn chance<C: Send + 'static>(engine: &mut Engine, seed: fn(&C) -> Seed) {
     let unit = move |this: &mut Handle<C>, n: i64| this.with(|value| Ok(seed(value).unit(n as u64)));
     let comment = ["/// A number from 0 to below 1, drawn for the number n: the same n, the same draw."];
-    FuncRegistration::new("chance").with_params_info(["this", "n"]).with_comments(comment).register_into_engine(engine, unit);
+    FuncRegistration::new("chance")
+        .with_params_info(["this", "n"])
+        .with_comments(comment)
+        .register_into_engine(engine, unit);
     let range = move |this: &mut Handle<C>, n: i64, low: Dynamic, high: Dynamic| {
         this.with(|value| {
             let (low, high) = (crate::host::numeric("low", &low)?, crate::host::numeric("high", &high)?);

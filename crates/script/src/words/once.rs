@@ -38,7 +38,13 @@ pub(crate) fn density(map: &Dynamic, options: Map) -> Result<DensityGoal, Compla
 pub(crate) fn goal_of(rule: &Rule) -> Result<DensityGoal, Fault> {
     let value = rule.evaluate(RuleKind::Goals)?;
     let given = kind_of(&value);
-    let wrong = || complaint(rule, RuleKind::Goals, Complaint::new(format!("returns {given}")).hint("return density(p.map, #{ … })"));
+    let wrong = || {
+        complaint(
+            rule,
+            RuleKind::Goals,
+            Complaint::new(format!("returns {given}")).hint("return density(p.map, #{ … })"),
+        )
+    };
     value.try_cast().ok_or_else(wrong)
 }
 
@@ -74,7 +80,8 @@ const FIELDS: [&str; 12] = [
 fn constraints(map: Map) -> Result<Constraints, Complaint> {
     let mut options = Options::new("constraints", map, &FIELDS)?;
     let default = Constraints::default();
-    let mut metres = |key: &str, default: f64| Ok::<_, Complaint>(options.within(key, 0.0, 10_000.0, " m")?.unwrap_or(default));
+    let mut metres =
+        |key: &str, default: f64| Ok::<_, Complaint>(options.within(key, 0.0, 10_000.0, " m")?.unwrap_or(default));
     let (snap, duplicate) = (metres("snap", default.snap)?, metres("duplicate", default.duplicate)?);
     let (least_length, longest) = (metres("least_length", default.least_length)?, metres("longest", default.longest)?);
     let (extend_most, bridge) = (metres("extend_most", default.extend_most)?, metres("bridge", default.bridge)?);

@@ -42,7 +42,9 @@ impl Options {
     /// A number in a range.
     pub fn within(&mut self, key: &str, low: f64, high: f64, unit: &str) -> Result<Option<f64>, Complaint> {
         let value = self.take(key);
-        value.map(|value| super::within(&format!("`{key}`"), &value, low, high, unit).map_err(|c| c.key(key))).transpose()
+        value
+            .map(|value| super::within(&format!("`{key}`"), &value, low, high, unit).map_err(|c| c.key(key)))
+            .transpose()
     }
 
     /// A value of a type that has a name in words.

@@ -109,10 +109,7 @@ pub(super) fn register(engine: &mut Engine) {
         });
 }
 
-fn choose(
-    this: &Handle<Asked>,
-    choice: impl FnOnce() -> Result<BuildingChoice, Complaint>,
-) -> Result<(), Refusal> {
+fn choose(this: &Handle<Asked>, choice: impl FnOnce() -> Result<BuildingChoice, Complaint>) -> Result<(), Refusal> {
     this.with(|asked| {
         asked.choice = choice()?;
         Ok(())

@@ -10,8 +10,8 @@ use crate::rule::{Rule, RuleKind};
 use geom::{Angle, Vec2};
 use rhai::{Dynamic, Engine, FuncRegistration, Map};
 use std::sync::Arc;
-use streets::growth::{Field, GrowthRules, Slot, Slots, Steer, Tip};
 use streets::Classes;
+use streets::growth::{Field, GrowthRules, Slot, Slots, Steer, Tip};
 
 /// A street pattern that a rule decides: what the growth kernel calls.
 pub struct StreetPattern {
@@ -75,11 +75,15 @@ fn fields(engine: &mut Engine) {
     FuncRegistration::new("cross").with_params_info(["heading", "folds"]).register_into_engine(engine, cross);
     FuncRegistration::new("cross")
         .with_params_info(["heading"])
-        .with_comments(["/// Four headings at right angles, one of them `heading` (degrees): a tip turns onto the nearest."])
+        .with_comments([
+            "/// Four headings at right angles, one of them `heading` (degrees): a tip turns onto the nearest.",
+        ])
         .register_into_engine(engine, |heading: Dynamic| field(&heading, 4));
     FuncRegistration::new("raster")
         .with_params_info(["heading", "along", "across"])
-        .with_comments(["/// A raster of blocks `along` metres long (towards `heading`) and `across` metres wide, through (0, 0)."])
+        .with_comments([
+            "/// A raster of blocks `along` metres long (towards `heading`) and `across` metres wide, through (0, 0).",
+        ])
         .register_into_engine(engine, |heading: Dynamic, along: Dynamic, across: Dynamic| {
             raster(&heading, &along, &across, Vec2::ZERO)
         });
@@ -153,6 +157,11 @@ fn proposals(engine: &mut Engine) {
         |g, length| put(&mut g.tip.slots.left, length, None));
     method!(engine, "branch_right"(length) "A street branches off to the right.", Growing,
         |g, length| put(&mut g.tip.slots.right, length, None));
+    method!(engine, "fork"(ahead, aside) "The street goes on for `ahead` metres and branches off to both sides for `aside`.", Growing, |g, ahead, aside| {
+        put(&mut g.tip.slots.ahead, ahead, None)?;
+        put(&mut g.tip.slots.left, aside, None)?;
+        put(&mut g.tip.slots.right, aside, None)
+    });
     method!(engine, "ahead"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,
         |g, length, options| put(&mut g.tip.slots.ahead, length, Some(options)));
     method!(engine, "branch_left"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,

@@ -13,10 +13,9 @@ use streets::growth::{Fields, Slots, Tip};
 #[derive(Debug)]
 pub struct Shelf(pub BTreeMap<String, String>);
 
-impl Shelf {
-    pub fn new(files: &[(&str, &str)]) -> Arc<dyn Library> {
-        Arc::new(Self(files.iter().map(|(name, text)| ((*name).into(), (*text).into())).collect()))
-    }
+/// A library of file names and texts.
+pub fn shelf(files: &[(&str, &str)]) -> Arc<dyn Library> {
+    Arc::new(Shelf(files.iter().map(|(name, text)| ((*name).into(), (*text).into())).collect()))
 }
 
 impl Library for Shelf {
@@ -54,7 +53,7 @@ pub fn source(text: &str) -> Source {
 
 /// A rule of a text, among other files.
 pub fn rule_among(text: &str, files: &[(&str, &str)]) -> Result<Rule, Fault> {
-    Host::new(vec![Shelf::new(files)]).rule_of("mine", &source(text))
+    Host::new(vec![shelf(files)]).rule_of("mine", &source(text))
 }
 
 pub fn rule(text: &str) -> Result<Rule, Fault> {

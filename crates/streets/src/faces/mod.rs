@@ -12,8 +12,6 @@ mod walk;
 pub(crate) mod samples;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod tmp_speed;
 
 use crate::{HalfKey, NodeKey, Segment, SegmentKey, StreetGraph, StreetId};
 use geom::{Id, Point, Polygon};
@@ -208,18 +206,12 @@ impl FaceMaker<'_> {
 
     /// Sides of the outer cycle, sides of the others, and the signature of all.
     fn outlines(&self, cycles: Vec<Vec<HalfKey>>, pinches: &[NodeKey]) -> (Vec<Side>, Vec<Vec<Side>>, Id) {
-        let is_alone = cycles.len() == 1;
-        let (mut outer, mut holes) = (None, Vec::new());
-        for cycle in cycles {
-            let is_outer = is_alone || walk::doubled_area(self.graph, &cycle) > 0;
-            let outline = Outline::of(self.graph, cycle, pinches);
-            if is_outer {
-                outer = Some(outline);
-            } else {
-                holes.push((outline.signature(), outline.sides));
-            }
-        }
-        let outer = outer.expect("one cycle of a bounded face encloses it");
+        // Only the cycle that encloses the face has a positive area.
+        let area = |cycle: &Vec<HalfKey>| if cycles.len() == 1 { 1 } else { walk::doubled_area(self.graph, cycle) };
+        let outer_place = (0..cycles.len()).max_by_key(|&i| area(&cycles[i])).expect("a face has a core");
+        let mut outlines: Vec<_> = cycles.into_iter().map(|cycle| Outline::of(self.graph, cycle, pinches)).collect();
+        let outer = outlines.swap_remove(outer_place);
+        let mut holes: Vec<_> = outlines.into_iter().map(|hole| (hole.signature(), hole.sides)).collect();
         holes.sort_unstable_by_key(|(id, sides)| (*id, self.graph.node(sides[0].from_node).id));
         let parts: Vec<u128> =
             std::iter::once(outer.signature()).chain(holes.iter().map(|hole| hole.0)).map(|id| id.0).collect();

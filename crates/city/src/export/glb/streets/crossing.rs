@@ -1,8 +1,8 @@
 //! Where ribbons end, and what lies between their ends.
 
 use super::super::terrain::Terrain;
-use super::super::{CROSSING_LIFT_M, Group, Model, STREET_LIFT_M, TileKey};
-use super::{lay, surface_of};
+use super::super::{CROSSING_LIFT_M, Group, Model, STREET_LIFT_M, Surface, TileKey};
+use super::{CARRIAGEWAY, lay, surface_of};
 use crate::City;
 use geom::predicates::by_angle;
 use geom::{Point, Vec2};
@@ -138,28 +138,32 @@ pub fn add_covers(model: &mut Model, city: &City, terrain: &Terrain, trims: &Tri
         if crossing.arms.len() < 2 || crossing.arms.iter().all(|arm| arm.level != 0) {
             continue;
         }
-        let rim = rim(crossing);
-        let tile = TileKey::of(crossing.at);
-        let mesh = model.mesh(tile, Group::Streets, surface_of(city, leading));
-        for (i, &p) in rim.iter().enumerate() {
-            let q = rim[(i + 1) % rim.len()];
-            if (p - crossing.at).perp_dot(q - crossing.at) > 0.0 {
-                lay(mesh, terrain, tile, &[crossing.at, p, q], STREET_LIFT_M + CROSSING_LIFT_M);
+        // Sidewalks turn the corners; the carriageways meet on top of them.
+        let covers = [(1.0, Surface::Sidewalk, 0.5), (CARRIAGEWAY, surface_of(city, leading), 1.0)];
+        for (share, surface, lift) in covers {
+            let rim = rim(crossing, share);
+            let tile = TileKey::of(crossing.at);
+            let mesh = model.mesh(tile, Group::Streets, surface);
+            for (i, &p) in rim.iter().enumerate() {
+                let q = rim[(i + 1) % rim.len()];
+                if (p - crossing.at).perp_dot(q - crossing.at) > 0.0 {
+                    lay(mesh, terrain, tile, &[crossing.at, p, q], STREET_LIFT_M + CROSSING_LIFT_M * lift);
+                }
             }
         }
     }
 }
 
-/// Arm ends and the corners between them, counter-clockwise around the crossing.
-fn rim(crossing: &Crossing) -> Vec<Vec2> {
+/// Arm ends and the corners between them, counter-clockwise around the crossing, for a share of the arms' width.
+fn rim(crossing: &Crossing, share: f64) -> Vec<Vec2> {
     let arms = &crossing.arms;
     let mut rim = Vec::new();
     for (i, arm) in arms.iter().enumerate() {
         let end = crossing.at + arm.direction * arm.trim;
-        let left = arm.direction.perp() * arm.half_width;
+        let left = arm.direction.perp() * (arm.half_width * share);
         rim.extend([end - left, end + left]);
         let next = &arms[(i + 1) % arms.len()];
-        if let Some([along, across]) = corner(arm, next) {
+        if let Some([along, across]) = corner(arm, next).map(|distances| distances.map(|distance| distance * share)) {
             let reach = MOST_HALF_WIDTHS / 2.0 * arm.half_width.max(next.half_width);
             let in_front = along >= 0.0 && along <= arm.trim + 1e-6 && across <= next.trim + 1e-6;
             let behind = along < 0.0 && along >= -reach && across >= -reach;
