@@ -1,6 +1,6 @@
 //! The whole in one call: plan and sources in, a city out. The same for any number of threads.
 
-use crate::progress::{Cancel, Progress, Stage};
+use crate::progress::{Cancel, Progress};
 use crate::stages::{self, land, streets};
 use crate::{Area, City, Report, Sources};
 use script::Faults;
@@ -130,19 +130,4 @@ fn nothing(sources: &Sources) -> BuildError {
         "check the `land` map and the `within` mask: white is land, black is water"
     };
     BuildError::Nothing { reason: reason.into(), hint: hint.into() }
-}
-
-impl Stage {
-    /// Reports a stage around a piece of work.
-    pub(crate) fn around<T>(
-        self,
-        progress: &dyn Progress,
-        parts: usize,
-        work: impl FnOnce() -> (T, String),
-    ) -> T {
-        progress.begin(self, parts as u64);
-        let (result, outcome) = work();
-        progress.end(self, &outcome);
-        result
-    }
 }

@@ -30,7 +30,7 @@ pub enum LoadError {
     #[error("{0}")]
     Fault(Box<Fault>),
     /// A map or street file is missing or wrong.
-    #[error("{0}")]
+    #[error("{source_error}\n  hint: {hint}", source_error = .0, hint = .0.hint())]
     Source(#[from] SourceError),
 }
 
@@ -125,8 +125,8 @@ impl Loaded {
     /// Reads the maps and street files that the plan names.
     ///
     /// # Errors
-    /// [`SourceError`] for the first file that is missing or wrong.
-    pub fn read(&self) -> Result<Sources, SourceError> {
+    /// [`LoadError::Source`] for the first file that is missing or wrong.
+    pub fn read(&self) -> Result<Sources, LoadError> {
         let plan = &self.plan;
         let from_maps = match (&plan.site.folder, plan.site.size) {
             (Some(folder), _) => Some(self.site_of_maps(folder)?),

@@ -1,8 +1,8 @@
 //! Land: blocks from faces, parcels from blocks, each block by itself.
 
 use super::Context;
-use crate::{BuildError, Stage, Until};
-use geom::{Id, Polygon, Seed};
+use crate::{BuildError, Site, Stage, Until};
+use geom::{Id, Point, Polygon, Seed, Vec2};
 use layout::{Block, BlockSource, Parcel, Region, Use, buildable, recursive};
 use rayon::prelude::*;
 use script::{BlockContext, ParcelChoice, ParcelPattern};
@@ -63,6 +63,17 @@ fn divide(context: &Context, pattern: Option<&ParcelPattern>, block: &Block) -> 
     let mut trimmed = land.dropped;
     for (ordinal, region) in land.regions.iter().enumerate() {
         let seed = Seed(context.sources.plan.seed).purpose("parcels").of(block.id).child(ordinal as u64);
+        match cover(&context.sources.site, &region.polygon) {
+            Cover::Land => {}
+            Cover::Park => {
+                parcels.push(Parcel { usage: Use::Park, ..whole(region, ordinal, Use::Park) });
+                continue;
+            }
+            Cover::Water => {
+                parcels.push(whole(region, ordinal, Use::Open));
+                continue;
+            }
+        }
         match choose(context, pattern, &region.polygon, seed) {
             ParcelChoice::Recursive(settings) => match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
                 Ok(division) => {
@@ -77,6 +88,36 @@ fn divide(context: &Context, pattern: Option<&ParcelPattern>, block: &Block) -> 
         }
     }
     (parcels, trimmed)
+}
+
+/// What covers most of a region, by samples inside it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Cover {
+    Land,
+    Park,
+    Water,
+}
+
+/// Samples along each side of a region's box when asking what covers it.
+const COVER_SAMPLES: u32 = 8;
+
+fn cover(site: &Site, region: &Polygon) -> Cover {
+    let Some(bounds) = region.bounds() else { return Cover::Land };
+    let (low, size) = (bounds.min.metres(), bounds.size());
+    let share = |i: u32| (f64::from(i) + 0.5) / f64::from(COVER_SAMPLES);
+    let grid = (0..COVER_SAMPLES * COVER_SAMPLES).map(|i| (share(i % COVER_SAMPLES), share(i / COVER_SAMPLES)));
+    let places = grid.map(|(x, y)| low + Vec2::new(x, y) * size).filter(|&place| region.contains(Point::from_metres(place)));
+    let (mut all, mut parks, mut water) = (0, 0, 0);
+    for place in places {
+        all += 1;
+        parks += u32::from(site.map("parks").is_some_and(|map| map.mask(place)));
+        water += u32::from(site.map("land").is_some_and(|map| !map.mask(place)));
+    }
+    match () {
+        () if 2 * water > all => Cover::Water,
+        () if 2 * parks > all => Cover::Park,
+        () => Cover::Land,
+    }
 }
 
 fn choose(context: &Context, pattern: Option<&ParcelPattern>, region: &Polygon, seed: Seed) -> ParcelChoice {

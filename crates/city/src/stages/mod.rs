@@ -44,11 +44,6 @@ impl Origins {
         (self.0.len() - 1) as u16
     }
 
-    /// The number of a name that is there.
-    pub fn find(&self, name: &str) -> Option<u16> {
-        self.0.iter().position(|known| known == name).map(|at| at as u16)
-    }
-
     /// All names by number.
     pub fn into_names(self) -> Vec<String> {
         self.0

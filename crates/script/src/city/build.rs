@@ -5,7 +5,7 @@ use super::streets::rule_of;
 use crate::fault::Complaint;
 use crate::host::kind_of;
 use crate::param::Literal;
-use crate::plan::{MapRef, Plan, QuarterPlan, StreetPlan};
+use crate::plan::{MapRef, Plan, QuarterPlan, SitePlan, StreetPlan};
 use crate::rule::RuleKind;
 use crate::words::options::{Options, cast};
 use geom::Id;
@@ -34,7 +34,7 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
     let mut options = Options::new("city", map, &KEYS)?;
     let rule = |value: Dynamic, key: &str, kind| rule_of(value, key, kind);
     let mut plan = Plan {
-        site: site_of(&options.need("site")?)?,
+        site: site(&mut options)?,
         within: options.of::<MapRef>("within", "a map, site.map(\"…\")")?,
         barred: maps(&mut options)?,
         seed: options.seed()?.unwrap_or(0),
@@ -49,6 +49,15 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
     };
     plan.quarters = quarters(options.map("quarters")?, &plan)?;
     Ok(plan)
+}
+
+/// The site; imported streets say where they lie, so that a city of them needs none.
+fn site(options: &mut Options) -> Result<SitePlan, Complaint> {
+    match options.take("site") {
+        Some(site) => site_of(&site),
+        None if options.has("imported") => Ok(SitePlan::default()),
+        None => site_of(&options.need("site")?),
+    }
 }
 
 /// One value of a kind, or a list of them.

@@ -27,6 +27,11 @@ impl Options {
         self.map.remove(key)
     }
 
+    /// Whether an option is given.
+    pub fn has(&self, key: &str) -> bool {
+        self.map.contains_key(key)
+    }
+
     /// An option that must be given.
     pub fn need(&mut self, key: &str) -> Result<Dynamic, Complaint> {
         let what = self.what;

@@ -57,7 +57,7 @@ impl Riser {
     }
 
     /// Order from left to right of two risers that share a height and do not cross.
-    fn from_left(&self, other: &Self) -> Ordering {
+    fn left_to_right(&self, other: &Self) -> Ordering {
         let side_of = |riser: &Self, p: Point, q: Point| match orient(riser.low, riser.high, p) {
             0 => orient(riser.low, riser.high, q),
             side => side,
@@ -102,7 +102,7 @@ impl<'a> Rays<'a> {
                 });
             }
         }
-        placed.sort_unstable_by(|(i, a), (j, b)| i.cmp(j).then_with(|| a.from_left(b)));
+        placed.sort_unstable_by(|(i, a), (j, b)| i.cmp(j).then_with(|| a.left_to_right(b)));
         let mut starts = vec![0; 2 * heights.len() + 1];
         for (node, _) in &placed {
             starts[*node as usize + 1] += 1;
@@ -122,7 +122,7 @@ impl<'a> Rays<'a> {
             let here = &self.risers[self.starts[node] as usize..self.starts[node + 1] as usize];
             let left = here.partition_point(|riser| orient(riser.low, riser.high, start) < 0);
             if let Some(nearest) = here[..left].last()
-                && best.is_none_or(|best| best.from_left(nearest).is_lt())
+                && best.is_none_or(|best| best.left_to_right(nearest).is_lt())
             {
                 best = Some(nearest);
             }

@@ -66,10 +66,10 @@ impl Sketch {
             let steps = steps.into_iter().chain([(diagonal, x + 1 < size && y + 1 < size, 2 * size + i)]);
             for (slot, (ends, exists, name)) in steps.enumerate() {
                 let ordinal = (3 * i + slot) as u64;
-                let is_frame = seed.0 % 2 == 0 && slot < 2 && [0, size - 1].contains(&[y, x][slot]);
+                let is_frame = seed.0.is_multiple_of(2) && slot < 2 && [0, size - 1].contains(&[y, x][slot]);
                 if exists && (is_frame || seed.purpose("keep").unit(ordinal) < keep) {
                     let name = if names == 0 { name } else { draw(seed.purpose("name"), ordinal, names) };
-                    let ends = if names > 0 && ordinal % 2 == 0 { [ends[1], ends[0]] } else { ends };
+                    let ends = if names > 0 && ordinal.is_multiple_of(2) { [ends[1], ends[0]] } else { ends };
                     lines.push(Line::new(ends, name as u128));
                 }
             }

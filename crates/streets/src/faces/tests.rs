@@ -304,6 +304,7 @@ proptest! {
             let new = NewSegment { from: out, to: foot, from_id: id(0), to_id: id(1), claim, level: 0 };
             let _ = graph.insert(&new, Crowding::Refuse);
         }
+        prop_assert!(graph.node_count() > 4, "some were laid");
         prop_assert_eq!(seen_from_inside(&graph, FaceKind::Block), before);
     }
 

@@ -226,23 +226,29 @@ pub(super) enum Thing {
     Segment(SegmentKey),
 }
 
-/// A running check.
-struct Check<'a> {
-    graph: &'a StreetGraph,
-    found: Vec<Violation>,
+/// The geometric tests of a level; each has its own (see [`predicates`] for what they answer).
+struct Exact {
     meets: fn(Point, Point, Point, Point) -> bool,
     lies_on: fn(Point, Point, Point) -> bool,
     within: fn(Point, Point, Point, i32) -> bool,
 }
 
+/// A running check.
+struct Check<'a> {
+    graph: &'a StreetGraph,
+    found: Vec<Violation>,
+    exact: Exact,
+}
+
 impl<'a> Check<'a> {
     fn new(graph: &'a StreetGraph, level: CheckLevel) -> Self {
-        let found = Vec::new();
-        let (meets, lies_on, within): (fn(_, _, _, _) -> _, fn(_, _, _) -> _, fn(_, _, _, _) -> _) = match level {
-            CheckLevel::Sweep => (predicates::meets, predicates::on_segment, predicates::within),
-            CheckLevel::Brute => (oracle::meets, oracle::lies_on, oracle::within),
+        let exact = match level {
+            CheckLevel::Sweep => {
+                Exact { meets: predicates::meets, lies_on: predicates::on_segment, within: predicates::within }
+            }
+            CheckLevel::Brute => Exact { meets: oracle::meets, lies_on: oracle::lies_on, within: oracle::within },
         };
-        Self { graph, found, meets, lies_on, within }
+        Self { graph, found: Vec::new(), exact }
     }
 
     fn sorted(mut self) -> Vec<Violation> {
@@ -396,7 +402,7 @@ impl<'a> Check<'a> {
         let segment = self.graph.segment(key);
         let concerns = segment.level == 0 || self.graph.has_level(node, segment.level);
         let (p, (a, b)) = (self.graph.at(node), self.graph.line(key.forward()));
-        if concerns && !segment.ends.contains(&node) && (self.within)(a, b, p, tolerance::SEPARATION) {
+        if concerns && !segment.ends.contains(&node) && (self.exact.within)(a, b, p, tolerance::SEPARATION) {
             self.report(Breach::NodeAtSegment, &[node], &[key], predicates::foot(a, b, p).distance(p));
         }
     }
@@ -414,13 +420,14 @@ impl<'a> Check<'a> {
         let is_overlap = || {
             // With one common end the two meet elsewhere exactly where one far end lies on the other segment.
             let far = |of: &Segment, other: &Segment| of.ends.into_iter().find(|end| !other.ends.contains(end));
-            let lies_on = |end: Option<NodeKey>, a, b| end.is_some_and(|end| (self.lies_on)(a, b, self.graph.at(end)));
+            let lies_on =
+                |end: Option<NodeKey>, a, b| end.is_some_and(|end| (self.exact.lies_on)(a, b, self.graph.at(end)));
             lies_on(far(s, t), c, d) || lies_on(far(t, s), a, b)
         };
         match shared {
             2 => self.report(Breach::Duplicate, &[], &[first, second], 0.0),
             1 if is_overlap() => self.report(Breach::Crossing, &[], &[first, second], 0.0),
-            0 if (self.meets)(a, b, c, d) => self.report(Breach::Crossing, &[], &[first, second], 0.0),
+            0 if (self.exact.meets)(a, b, c, d) => self.report(Breach::Crossing, &[], &[first, second], 0.0),
             _ => {}
         }
     }

@@ -289,7 +289,7 @@ mod tests {
         let point = |ordinal: usize| Point::new(coordinate(2 * ordinal as u64), coordinate(2 * ordinal as u64 + 1));
         let line = |i: usize| {
             let (a, b) = (point(2 * i), point(2 * i + 1));
-            if kind == 2 && i % 2 == 0 { (a, Point::new(-a.x, -a.y)) } else { (a, b) }
+            if kind == 2 && i.is_multiple_of(2) { (a, Point::new(-a.x, -a.y)) } else { (a, b) }
         };
         (0..count).map(line).filter(|(a, b)| a != b).collect()
     }
