@@ -3,9 +3,9 @@
 use crate::progress::{Cancel, Progress};
 use crate::stages::{self, land, streets};
 use crate::{Area, City, Report, Sources};
+use ::streets::faces::{FaceKind, Faces};
 use script::Faults;
 use std::sync::Arc;
-use ::streets::faces::{FaceKind, Faces};
 
 /// The stage to stop after.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
@@ -76,12 +76,7 @@ pub fn build(
     pool.install(|| run_stages(sources, settings.until, progress, cancel))
 }
 
-fn run_stages(
-    sources: &Sources,
-    until: Until,
-    progress: &dyn Progress,
-    cancel: &Cancel,
-) -> Result<Built, BuildError> {
+fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: &Cancel) -> Result<Built, BuildError> {
     let faults = Arc::new(Faults::default());
     let context = stages::Context { sources, faults: &faults, progress, cancel };
     let mut report = Report::new(sources);
@@ -118,7 +113,7 @@ fn run_stages(
 
 fn quarter_area(face: &::streets::faces::Face) -> Option<Area> {
     let polygon = layout::blocks::polygon_of(face);
-    (polygon.outer.len() >= 3).then(|| Area { id: face.id, name: None, polygon })
+    (polygon.outer.len() >= 3).then_some(Area { id: face.id, name: None, polygon })
 }
 
 fn nothing(sources: &Sources) -> BuildError {

@@ -152,12 +152,17 @@ impl Loaded {
         let hint = "give the city a `site`, or `import` streets that say where it lies";
         let site = from_maps.or(own_site);
         let site = site.ok_or_else(|| SourceError::kind(&self.folder, "the plan names no site", hint.into()))?;
-        let imports = files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
+        let imports =
+            files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
         Ok(Sources { name: self.name.clone(), plan: plan.clone(), site: Arc::new(site), imports })
     }
 
     fn frame_error(&self, error: &sources::ProjectionError) -> SourceError {
-        SourceError::kind(&self.folder, &error.to_string(), "maps with streets need a UTM crs such as EPSG:32618".into())
+        SourceError::kind(
+            &self.folder,
+            error.to_string(),
+            "maps with streets need a UTM crs such as EPSG:32618".into(),
+        )
     }
 
     fn site_of_maps(&self, folder: &str) -> Result<Site, SourceError> {

@@ -19,11 +19,7 @@ pub fn dot(a: Point, b: Point, c: Point) -> i64 {
 
 /// Whether `p` lies on the closed segment `a b`.
 pub fn on_segment(a: Point, b: Point, p: Point) -> bool {
-    orient(a, b, p) == 0
-        && a.x.min(b.x) <= p.x
-        && p.x <= a.x.max(b.x)
-        && a.y.min(b.y) <= p.y
-        && p.y <= a.y.max(b.y)
+    orient(a, b, p) == 0 && a.x.min(b.x) <= p.x && p.x <= a.x.max(b.x) && a.y.min(b.y) <= p.y && p.y <= a.y.max(b.y)
 }
 
 /// Whether `p` lies closer than `radius` LSB to the closed segment `a b`. Exact.

@@ -12,8 +12,9 @@ use std::time::Instant;
 use streets::Classes;
 use streets::growth::GrowthRules;
 
-const ROUNDS: usize = 9;
-const CALLS: u32 = 20_000;
+const ROUNDS: usize = 5;
+/// Many: the system counts processor time in steps of some milliseconds.
+const CALLS: u32 = 200_000;
 
 /// Nanoseconds that this thread has spent on a processor (Linux): other programs do not count.
 fn on_processor() -> Option<f64> {
@@ -56,7 +57,7 @@ fn two_threads(rule: Rule) {
             for _ in 0..threads {
                 scope.spawn(|| {
                     let mut tip = tip(10.0);
-                    (0..CALLS * 10).for_each(|_| pattern.propose(&mut tip));
+                    (0..CALLS).for_each(|_| pattern.propose(&mut tip));
                 });
             }
         });

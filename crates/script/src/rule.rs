@@ -186,7 +186,7 @@ impl Rule {
         let mut stage = self.stage();
         let call = AssertUnwindSafe(|| self.run(&self.entry(kind), &mut stage, [Dynamic::from(self.params.ready())]));
         let result = catch_unwind(call).map_err(|panic| self.fault_of_panic(&*panic))?;
-        result.map_err(|error| self.fault_of(error))
+        result.map_err(|error| self.fault_of(*error))
     }
 
     /// The function of a kind that the rule has.
@@ -230,14 +230,14 @@ impl Rule {
         })
     }
 
-    pub(crate) fn fault_of(&self, error: Box<EvalAltResult>) -> Fault {
+    pub(crate) fn fault_of(&self, error: EvalAltResult) -> Fault {
         let diagnosis = Diagnosis {
             file: &self.file.path,
             texts: &self.file.texts,
             vocabulary: self.vocabulary(),
             operations: Limits::RULE.operations,
         };
-        of_error(*error, &diagnosis)
+        of_error(error, &diagnosis)
     }
 
     pub(crate) fn fault_of_panic(&self, payload: &(dyn Any + Send)) -> Fault {
@@ -286,7 +286,9 @@ fn listen(engine: &mut Engine, notes: Notes) {
 }
 
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
-    let mut ast = engine.compile(&source.text).map_err(|error| early_fault(engine, source, around, error.into()))?;
+    let mut ast = engine
+        .compile(&source.text)
+        .map_err(|error| early_fault(engine, source, around, *Box::<EvalAltResult>::from(error)))?;
     ast.set_source(source.path.as_str());
     Ok(ast)
 }
@@ -299,19 +301,19 @@ fn evaluate(engine: &Engine, ast: &AST, source: &Source, around: &Surroundings) 
     #[expect(deprecated, reason = "the only public way to keep imports and constants for later calls")]
     let run = || engine.eval_statements_raw(&mut state, &mut Caches::new(), &mut Scope::new(), ast.statements());
     let result = catch_unwind(AssertUnwindSafe(run)).map_err(|panic| of_panic(&source.path, &*panic))?;
-    let _ = result.map_err(|error| early_fault(engine, source, around, error))?;
+    let _ = result.map_err(|error| early_fault(engine, source, around, *error))?;
     Ok(state)
 }
 
 /// A fault before there is a rule.
-fn early_fault(engine: &Engine, source: &Source, around: &Surroundings, error: Box<EvalAltResult>) -> Fault {
+fn early_fault(engine: &Engine, source: &Source, around: &Surroundings, error: EvalAltResult) -> Fault {
     let diagnosis = Diagnosis {
         file: &source.path,
         texts: &around.texts,
         vocabulary: &Vocabulary::of(engine, &AST::empty()),
         operations: Limits::RULE.operations,
     };
-    of_error(*error, &diagnosis)
+    of_error(error, &diagnosis)
 }
 
 /// What the functions of a file make it.

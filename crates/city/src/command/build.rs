@@ -52,7 +52,8 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     if cancel.is_cancelled() {
         return Err((Status::Interrupted, BuildError::Cancelled.to_string()));
     }
-    let names: Vec<_> = written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
+    let names: Vec<_> =
+        written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
     Ok((report, written))
 }

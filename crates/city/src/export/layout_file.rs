@@ -1,8 +1,8 @@
 //! Reading `layout.geojson` back, forgiving about what a file may get wrong: a property of the wrong type is read as
 //! missing, so that [`crate::validate`] can say which feature lacks what. Only text that is no GeoJSON is an error.
 
-use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::Deserialize;
+use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -212,7 +212,8 @@ mod tests {
             such.collect::<Vec<_>>()
         };
         assert_eq!(of("crossing").len(), geojson::crossings(&city).len());
-        let positions = |ring: &[geom::Point]| ring.iter().chain(ring.first()).map(|p| p.metres().to_array()).collect::<Vec<_>>();
+        let positions =
+            |ring: &[geom::Point]| ring.iter().chain(ring.first()).map(|p| p.metres().to_array()).collect::<Vec<_>>();
         for (feature, parcel) in of("parcel").iter().zip(&city.parcels) {
             assert_eq!(feature.properties.id, Some(parcel.id.to_string()));
             assert_eq!(feature.geometry, layout_file::Geometry::Polygon(vec![positions(&parcel.polygon.outer)]));

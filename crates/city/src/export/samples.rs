@@ -80,7 +80,7 @@ impl Maker {
         let rank = name % 100_000;
         let (class, half_width) = match rank {
             2 => (Classes::HIGHWAY, units(14.0)),
-            _ if rank % 4 == 0 => (Classes::MAJOR, units(10.0)),
+            _ if rank.is_multiple_of(4) => (Classes::MAJOR, units(10.0)),
             _ => (Classes::MINOR, units(7.0)),
         };
         let (from_id, to_id) = (node(a), node(b));

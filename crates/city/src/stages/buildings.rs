@@ -1,20 +1,24 @@
 //! Buildings: one parcel at a time.
 
 use super::land::Land;
-use super::{Context, Origins};
+use super::{ByQuarter, Context, Origins};
 use crate::{BuildError, Stage};
 use buildings::{Building, StartShape, extrude};
-use geom::{Polygon, Seed};
+use geom::{Id, Polygon};
 use layout::{Parcel, Use};
 use rayon::prelude::*;
 use script::{BuildingChoice, BuildingPattern, ShapeContext};
+use std::collections::BTreeMap;
 
 /// Derives the buildings of all parcels that may carry one, by id.
 pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> Result<Vec<Building>, BuildError> {
     let rule = context.sources.plan.buildings.clone();
     let origin = origins.of(rule.as_ref().map_or("plain", |rule| rule.name()));
-    let Some(rule) = rule else { return Ok(Vec::new()) };
-    let pattern = BuildingPattern::new(rule, context.faults.clone());
+    if rule.is_none() {
+        return Ok(Vec::new());
+    }
+    let patterns = ByQuarter::of(context, "buildings", |rule| BuildingPattern::new(rule, context.faults.clone()));
+    let quarter_of: BTreeMap<Id, Option<Id>> = land.blocks.iter().map(|block| (block.id, block.quarter)).collect();
     context.progress.begin(Stage::Buildings, land.parcels.len() as u64);
     let mut all: Vec<Building> = land
         .parcels
@@ -24,7 +28,8 @@ pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> R
             if parcel.usage != Use::Built || context.cancel.is_cancelled() {
                 return None;
             }
-            raise(context, &pattern, parcel, origin)
+            let quarter = quarter_of.get(&parcel.block).copied().flatten();
+            raise(context, patterns.in_quarter(quarter)?, parcel, quarter, origin)
         })
         .collect();
     context.check()?;
@@ -33,7 +38,13 @@ pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> R
     Ok(all)
 }
 
-fn raise(context: &Context, pattern: &BuildingPattern, parcel: &Parcel, origin: u16) -> Option<Building> {
+fn raise(
+    context: &Context,
+    pattern: &BuildingPattern,
+    parcel: &Parcel,
+    quarter: Option<Id>,
+    origin: u16,
+) -> Option<Building> {
     let place = parcel.polygon.centroid();
     let site = &context.sources.site;
     let density = context.density(place);
@@ -43,10 +54,15 @@ fn raise(context: &Context, pattern: &BuildingPattern, parcel: &Parcel, origin: 
         density,
         max_height: site.map("max_height").map_or(f64::INFINITY, |map| map.nearest(place)),
         place,
-        seed: Seed(context.sources.plan.seed).purpose("buildings").of(parcel.id),
+        seed: context.seed(quarter).purpose("buildings").of(parcel.id),
     });
     let BuildingChoice::Extrude { height, setback } = choice else { return None };
-    let shape = StartShape { parcel: parcel.id, outline: parcel.polygon.clone(), density, ground: ground(context, &parcel.polygon) };
+    let shape = StartShape {
+        parcel: parcel.id,
+        outline: parcel.polygon.clone(),
+        density,
+        ground: ground(context, &parcel.polygon),
+    };
     extrude(&shape, height, setback).map(|building| Building { origin, ..building })
 }
 

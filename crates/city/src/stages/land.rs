@@ -1,6 +1,6 @@
 //! Land: blocks from faces, parcels from blocks, each block by itself.
 
-use super::Context;
+use super::{ByQuarter, Context};
 use crate::{BuildError, Site, Stage, Until};
 use geom::{Id, Point, Polygon, Seed, Vec2};
 use layout::{Block, BlockSource, Parcel, Region, Use, buildable, recursive};
@@ -33,13 +33,17 @@ pub(crate) fn derive(
     if until == Until::Streets {
         return Ok(land);
     }
-    let pattern = context.sources.plan.parcels.clone().map(|rule| ParcelPattern::new(rule, context.faults.clone()));
+    let patterns = ByQuarter::of(context, "parcels", |rule| ParcelPattern::new(rule, context.faults.clone()));
     context.progress.begin(Stage::Parcels, land.blocks.len() as u64);
     let divided: Vec<(Vec<Parcel>, i128)> = land
         .blocks
         .par_iter()
         .map(|block| {
-            let parts = if context.cancel.is_cancelled() { Default::default() } else { divide(context, pattern.as_ref(), block) };
+            let parts = if context.cancel.is_cancelled() {
+                Default::default()
+            } else {
+                divide(context, patterns.in_quarter(block.quarter), block)
+            };
             context.progress.advance(1);
             parts
         })
@@ -62,7 +66,7 @@ fn divide(context: &Context, pattern: Option<&ParcelPattern>, block: &Block) -> 
     let mut parcels = Vec::new();
     let mut trimmed = land.dropped;
     for (ordinal, region) in land.regions.iter().enumerate() {
-        let seed = Seed(context.sources.plan.seed).purpose("parcels").of(block.id).child(ordinal as u64);
+        let seed = context.seed(block.quarter).purpose("parcels").of(block.id).child(ordinal as u64);
         match cover(&context.sources.site, &region.polygon) {
             Cover::Land => {}
             Cover::Park => {
@@ -75,14 +79,16 @@ fn divide(context: &Context, pattern: Option<&ParcelPattern>, block: &Block) -> 
             }
         }
         match choose(context, pattern, &region.polygon, seed) {
-            ParcelChoice::Recursive(settings) => match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
-                Ok(division) => {
-                    parcels.extend(division.parcels);
-                    trimmed += division.trimmed;
+            ParcelChoice::Recursive(settings) => {
+                match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
+                    Ok(division) => {
+                        parcels.extend(division.parcels);
+                        trimmed += division.trimmed;
+                    }
+                    // Settings are checked where the rule gives them; what slips through leaves the region whole.
+                    Err(_) => parcels.push(whole(region, ordinal, Use::Built)),
                 }
-                // Settings are checked where the rule gives them; what slips through leaves the region whole.
-                Err(_) => parcels.push(whole(region, ordinal, Use::Built)),
-            },
+            }
             ParcelChoice::Whole => parcels.push(whole(region, ordinal, Use::Built)),
             ParcelChoice::Open => parcels.push(whole(region, ordinal, Use::Open)),
         }
@@ -106,7 +112,8 @@ fn cover(site: &Site, region: &Polygon) -> Cover {
     let (low, size) = (bounds.min.metres(), bounds.size());
     let share = |i: u32| (f64::from(i) + 0.5) / f64::from(COVER_SAMPLES);
     let grid = (0..COVER_SAMPLES * COVER_SAMPLES).map(|i| (share(i % COVER_SAMPLES), share(i / COVER_SAMPLES)));
-    let places = grid.map(|(x, y)| low + Vec2::new(x, y) * size).filter(|&place| region.contains(Point::from_metres(place)));
+    let places =
+        grid.map(|(x, y)| low + Vec2::new(x, y) * size).filter(|&place| region.contains(Point::from_metres(place)));
     let (mut all, mut parks, mut water) = (0, 0, 0);
     for place in places {
         all += 1;

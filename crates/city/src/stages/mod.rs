@@ -6,8 +6,9 @@ pub(crate) mod streets;
 
 use crate::progress::{Cancel, Progress};
 use crate::{BuildError, Sources};
-use geom::Vec2;
-use script::Faults;
+use geom::{Id, Seed, Vec2};
+use script::{Faults, Rule};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// What every stage is given.
@@ -22,6 +23,12 @@ impl Context<'_> {
     /// Fails when the build is to stop.
     pub fn check(&self) -> Result<(), BuildError> {
         if self.cancel.is_cancelled() { Err(BuildError::Cancelled) } else { Ok(()) }
+    }
+
+    /// What chance depends on in a quarter: a seed of its own, else the city's.
+    pub fn seed(&self, quarter: Option<Id>) -> Seed {
+        let plan = &self.sources.plan;
+        Seed(quarter.and_then(|quarter| plan.seed_in(quarter)).unwrap_or(plan.seed))
     }
 
     /// People per km² at a place, 0 where no map tells.
@@ -47,5 +54,26 @@ impl Origins {
     /// All names by number.
     pub fn into_names(self) -> Vec<String> {
         self.0
+    }
+}
+
+/// What a role's rule is made into: once for the city, and once for each quarter where the plan differs.
+pub(crate) struct ByQuarter<T> {
+    whole: Option<T>,
+    differing: BTreeMap<Id, T>,
+}
+
+impl<T> ByQuarter<T> {
+    /// Makes something of the rule that plays `role`.
+    pub fn of(context: &Context, role: &str, make: impl Fn(Rule) -> T) -> Self {
+        let plan = &context.sources.plan;
+        let whole = plan.rule_in(None, role).map(&make);
+        let own = plan.quarters.keys().filter_map(|id| Some((*id, make(plan.rule_in(Some(*id), role)?))));
+        Self { whole, differing: own.collect() }
+    }
+
+    /// What holds in a quarter.
+    pub fn in_quarter(&self, quarter: Option<Id>) -> Option<&T> {
+        quarter.and_then(|quarter| self.differing.get(&quarter)).or(self.whole.as_ref())
     }
 }

@@ -35,8 +35,7 @@ pub(crate) struct Network {
 /// Derives the street network of a plan.
 pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, BuildError> {
     let classes = Classes::default();
-    let mut network =
-        Network { graph: StreetGraph::new(classes), origins: Origins::default(), names: BTreeMap::new() };
+    let mut network = Network { graph: StreetGraph::new(classes), origins: Origins::default(), names: BTreeMap::new() };
     import(context, &mut network, report)?;
     let fields = Arc::new(fields(context));
     let plan = &context.sources.plan;
@@ -90,7 +89,8 @@ fn import(context: &Context, network: &mut Network, report: &mut Report) -> Resu
         report.imported(&file.key, &log, &file.left_out);
         context.progress.advance(1);
     }
-    let outcome = format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
+    let outcome =
+        format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
     context.progress.end(Stage::Import, &outcome);
     Ok(())
 }
@@ -178,7 +178,8 @@ fn grow_majors(
         report.grown("majors", &log);
     }
     context.check()?;
-    let outcome = format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
+    let outcome =
+        format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
     context.progress.end(Stage::Majors, &outcome);
     Ok(())
 }
@@ -257,12 +258,7 @@ struct Quarter {
 }
 
 impl Quarter {
-    fn new(
-        context: &Context,
-        network: &mut Network,
-        plan: &StreetPlan,
-        id: Option<Id>,
-    ) -> Result<Self, BuildError> {
+    fn new(context: &Context, network: &mut Network, plan: &StreetPlan, id: Option<Id>) -> Result<Self, BuildError> {
         let whole = &context.sources.plan;
         let in_quarter = |role: &str| whole.rule_in(id, role);
         let own = StreetPlan {

@@ -63,7 +63,8 @@ fn self_contact(ring: &[Point]) -> Option<Point> {
 
 /// Checks that blocks, parcels and buildings keep out of their like.
 pub fn check_overlaps(ground: &Ground<'_>, report: &mut ValidationReport) {
-    let kinds = [("block", "V4", &ground.blocks), ("parcel", "V6", &ground.parcels), ("building", "V22", &ground.buildings)];
+    let kinds =
+        [("block", "V4", &ground.blocks), ("parcel", "V6", &ground.parcels), ("building", "V22", &ground.buildings)];
     for (kind, rule, areas) in kinds {
         for (i, j, (overlap, place)) in overlapping(areas) {
             let (a, b) = (areas[i].id, areas[j].id);
@@ -93,7 +94,8 @@ fn overlapping(areas: &[Area<'_>]) -> Vec<(usize, usize, (f64, Point))> {
 pub fn separable(a: &[Point], b: &[Point]) -> bool {
     let parts = |ring: &[Point], other: &[Point]| {
         ring_edges(ring).any(|(p, q)| {
-            ring.iter().all(|&corner| orient(p, q, corner) >= 0) && other.iter().all(|&corner| orient(p, q, corner) <= 0)
+            ring.iter().all(|&corner| orient(p, q, corner) >= 0)
+                && other.iter().all(|&corner| orient(p, q, corner) <= 0)
         })
     };
     parts(a, b) || parts(b, a)

@@ -54,7 +54,10 @@ fn check_feature(feature: &Feature, report: &mut ValidationReport) {
         "parcel" if properties.block.is_none() || properties.access.is_none() => {
             bad("lacks its block or its access list".into());
         }
-        "building" if properties.parcel.is_none() || properties.height.is_none_or(|height| height.is_nan() || height <= 0.0) => {
+        "building"
+            if properties.parcel.is_none()
+                || properties.height.is_none_or(|height| height.is_nan() || height <= 0.0) =>
+        {
             bad("lacks its parcel or a height".into());
         }
         _ => {}

@@ -121,7 +121,8 @@ impl<'a> Ground<'a> {
         if rounding.moved > 0 {
             report.notes.push(format!("{} positions lie off the lattice of 1/1024 m and were rounded", rounding.moved));
         }
-        report.street_km = ground.streets.iter().flat_map(Street::pieces).map(|(a, b)| a.distance(b)).sum::<f64>() / 1e3;
+        report.street_km =
+            ground.streets.iter().flat_map(Street::pieces).map(|(a, b)| a.distance(b)).sum::<f64>() / 1e3;
         ground
     }
 
@@ -160,7 +161,14 @@ impl<'a> Ground<'a> {
         self.streets.push(Street { id, says, line });
     }
 
-    fn take_area(&mut self, kind: &str, id: &'a str, says: &'a Properties, rings: &[Vec<[f64; 2]>], rounding: &mut Rounding) {
+    fn take_area(
+        &mut self,
+        kind: &str,
+        id: &'a str,
+        says: &'a Properties,
+        rings: &[Vec<[f64; 2]>],
+        rounding: &mut Rounding,
+    ) {
         let mut rings = rings.iter().map(|ring| rounding.ring(ring));
         let outer = rings.next().unwrap_or_default();
         let polygon = Polygon::new(outer, rings.collect());

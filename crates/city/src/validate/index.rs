@@ -22,7 +22,8 @@ impl Grid {
         let all = Bounds::of(corners).unwrap_or(Bounds::between(Point::default(), Point::default()));
         let (width, height) = all.min.to(all.max);
         let area = (width + 1) as f64 * (height + 1) as f64;
-        let cell = ((area / (boxes.len() + 1) as f64).sqrt().ceil() as i64).max((width.max(height) >> 14) + 1).max(1024);
+        let cell =
+            ((area / (boxes.len() + 1) as f64).sqrt().ceil() as i64).max((width.max(height) >> 14) + 1).max(1024);
         let (columns, rows) = (width / cell + 1, height / cell + 1);
         let mut grid = Self { boxes, min: all.min, cell, columns, rows, starts: Vec::new(), items: Vec::new() };
         grid.fill();

@@ -46,7 +46,12 @@ fn check_ends(ground: &Ground<'_>, report: &mut ValidationReport) {
                 }
                 Some(&crossing) if crossing != at => {
                     let (off, name) = (crossing.distance(at), name.unwrap_or_default());
-                    report.add("V1", &who, Some(at), format!("street {} ends {off:.3} m off its crossing {name}", street.id));
+                    report.add(
+                        "V1",
+                        &who,
+                        Some(at),
+                        format!("street {} ends {off:.3} m off its crossing {name}", street.id),
+                    );
                 }
                 Some(_) => {}
             }

@@ -52,10 +52,13 @@ fn a_good_layout_violates_nothing() {
 #[test]
 fn ids_must_be_there_and_unique() {
     assert_eq!(broken_by(|file| first(file, "district").properties.id = None), ["ids"]);
-    assert_eq!(broken_by(|file| {
-        let twin = first(file, "district").clone();
-        file.features.push(twin);
-    }), ["ids"]);
+    assert_eq!(
+        broken_by(|file| {
+            let twin = first(file, "district").clone();
+            file.features.push(twin);
+        }),
+        ["ids"]
+    );
 }
 
 #[test]
@@ -102,7 +105,9 @@ fn streets_meet_at_shared_crossings_only() {
     let looped = broken_by(|file| {
         let line = line(first(file, "street"));
         let (a, b) = (line[0], line[1]);
-        let at = |t: f64, off: f64| [a[0] + (b[0] - a[0]) * t - (b[1] - a[1]) * off, a[1] + (b[1] - a[1]) * t + (b[0] - a[0]) * off];
+        let at = |t: f64, off: f64| {
+            [a[0] + (b[0] - a[0]) * t - (b[1] - a[1]) * off, a[1] + (b[1] - a[1]) * t + (b[0] - a[0]) * off]
+        };
         *line = vec![a, at(0.6, 0.05), at(0.6, -0.05), at(0.4, 0.05), b];
     });
     assert!(looped.contains(&"V1"), "{looped:?}");
@@ -216,7 +221,8 @@ fn parts_lie_in_what_they_belong_to() {
     let other_block = broken_by(|file| {
         let other = nth(file, "block", 7).properties.id.clone();
         let mine = first(file, "parcel").properties.block.clone();
-        first(file, "parcel").properties.block = if other == mine { nth(file, "block", 8).properties.id.clone() } else { other };
+        first(file, "parcel").properties.block =
+            if other == mine { nth(file, "block", 8).properties.id.clone() } else { other };
     });
     assert_eq!(other_block, ["V8"]);
     assert!(broken_by(|file| shift(first(file, "building"), [15.0, 0.0])).contains(&"V22"));

@@ -47,7 +47,7 @@ pub(crate) fn evaluate(source: &Source, around: &Surroundings, sites: Arc<dyn Si
     }
     let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), &ast));
     let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
-    result.map_err(|error| fault_of(error, source, around, &words))?;
+    result.map_err(|error| fault_of(*error, source, around, &words))?;
     let printed = std::mem::take(&mut *desk.printed.lock().unwrap_or_else(PoisonError::into_inner));
     match desk.plan.lock().unwrap_or_else(PoisonError::into_inner).take() {
         Some(plan) => Ok(Evaluated { plan, printed }),
@@ -59,14 +59,14 @@ pub(crate) fn evaluate(source: &Source, around: &Surroundings, sites: Arc<dyn Si
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
     let words = || Vocabulary::of(engine, &AST::empty());
     let compiled = engine.compile(&source.text);
-    let mut ast = compiled.map_err(|error| fault_of(error.into(), source, around, &words()))?;
+    let mut ast = compiled.map_err(|error| fault_of(*Box::<EvalAltResult>::from(error), source, around, &words()))?;
     ast.set_source(source.path.as_str());
     Ok(ast)
 }
 
-fn fault_of(error: Box<EvalAltResult>, source: &Source, around: &Surroundings, words: &Vocabulary) -> Fault {
+fn fault_of(error: EvalAltResult, source: &Source, around: &Surroundings, words: &Vocabulary) -> Fault {
     let (file, texts) = (source.path.as_str(), &around.texts);
-    of_error(*error, &Diagnosis { file, texts, vocabulary: words, operations: Limits::CITY.operations })
+    of_error(error, &Diagnosis { file, texts, vocabulary: words, operations: Limits::CITY.operations })
 }
 
 fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, desk: &Desk) {

@@ -68,7 +68,7 @@ impl<C: Send + 'static> Caller<C> {
         // A desk that saw an error or a panic is thrown away: nothing of it is used again.
         match catch_unwind(AssertUnwindSafe(|| self.rule.run(&self.entry, &mut desk.stage, arguments))) {
             Ok(Ok(_)) => {}
-            Ok(Err(error)) => return Err(Box::new(self.rule.fault_of(error))),
+            Ok(Err(error)) => return Err(Box::new(self.rule.fault_of(*error))),
             Err(panic) => return Err(Box::new(self.rule.fault_of_panic(&*panic))),
         }
         let left = desk.handle.lock().take();

@@ -61,7 +61,8 @@ impl StreetGraph {
                 self.kill_node(node);
             }
         }
-        let mut needless: Vec<NodeKey> = touched.iter().copied().filter(|&node| self.is_needless(node, street)).collect();
+        let mut needless: Vec<NodeKey> =
+            touched.iter().copied().filter(|&node| self.is_needless(node, street)).collect();
         needless.sort_unstable_by_key(|&node| self.node(node).id);
         self.dissolve(needless, street);
     }
@@ -98,7 +99,9 @@ impl StreetGraph {
             }
         }
         let pairs = through.iter().enumerate().flat_map(|(i, p)| through[..i].iter().map(move |q| (p, q)));
-        !pairs.into_iter().any(|((p, p_level), (q, q_level))| p_level == q_level && self.alternate(node, *p, *q, *p_level))
+        !pairs
+            .into_iter()
+            .any(|((p, p_level), (q, q_level))| p_level == q_level && self.alternate(node, *p, *q, *p_level))
     }
 
     fn streets_at(&self, node: NodeKey) -> SmallVec<[StreetId; 2]> {

@@ -272,10 +272,13 @@ impl StreetGraph {
 
     /// Total length of all segments in metres.
     pub fn total_length(&self) -> f64 {
-        self.segments_by_id().into_iter().map(|key| {
-            let (a, b) = self.line(key.forward());
-            a.distance(b)
-        }).sum()
+        self.segments_by_id()
+            .into_iter()
+            .map(|key| {
+                let (a, b) = self.line(key.forward());
+                a.distance(b)
+            })
+            .sum()
     }
 
     /// A canonical hash of everything that is kept of the graph, independent of history and keys.

@@ -67,7 +67,12 @@ impl Packer {
         let children = groups.into_iter().map(|(group, meshes)| self.group(group, &place, &meshes)).collect();
         let origin = key.origin();
         let translation = Some([origin.x as f32, 0.0, -origin.y as f32]);
-        self.root.push(Node { name: Some(format!("tile {place}")), children: Some(children), translation, ..Node::default() })
+        self.root.push(Node {
+            name: Some(format!("tile {place}")),
+            children: Some(children),
+            translation,
+            ..Node::default()
+        })
     }
 
     fn group(&mut self, group: Group, place: &str, meshes: &[(Surface, &Mesh)]) -> Index<Node> {
@@ -165,7 +170,8 @@ impl Packer {
     }
 
     fn finish(mut self) -> Result<Vec<u8>, GlbError> {
-        let parts = [std::mem::take(&mut self.positions), std::mem::take(&mut self.normals), std::mem::take(&mut self.indices)];
+        let parts =
+            [std::mem::take(&mut self.positions), std::mem::take(&mut self.normals), std::mem::take(&mut self.indices)];
         let bytes = parts.iter().map(Vec::len).sum::<usize>();
         if bytes > 0 {
             self.describe_buffer(&parts, bytes);
@@ -182,7 +188,8 @@ impl Packer {
     }
 
     fn describe_buffer(&mut self, parts: &[Vec<u8>; 3], bytes: usize) {
-        let buffer = Buffer { byte_length: USize64::from(bytes), name: None, uri: None, extensions: None, extras: None };
+        let buffer =
+            Buffer { byte_length: USize64::from(bytes), name: None, uri: None, extensions: None, extras: None };
         let buffer = self.root.push(buffer);
         let mut offset = 0;
         for (view, part) in [POSITIONS, NORMALS, INDICES].into_iter().zip(parts) {

@@ -124,9 +124,7 @@ impl Terrain {
     fn rim_error(&self, [a, b, c]: Triangle) -> f32 {
         let middle = self.index(middle(a, b));
         let corners = [a, b, c].map(|cell| self.index(cell));
-        let mixed = |mask: &[f32]| {
-            !mask.is_empty() && corners.iter().any(|&i| (mask[i] > 0.0) != (mask[middle] > 0.0))
-        };
+        let mixed = |mask: &[f32]| !mask.is_empty() && corners.iter().any(|&i| (mask[i] > 0.0) != (mask[middle] > 0.0));
         if mixed(&self.land) || mixed(&self.park) { f32::INFINITY } else { 0.0 }
     }
 
@@ -259,7 +257,11 @@ impl Terrain {
             let corners = self.corners(triangle);
             let mut piece = polygon.to_vec();
             for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-                piece = clipped(&piece, |p| (corners[b].at - corners[a].at).perp_dot(*p - corners[a].at), |p, q, t| p.lerp(*q, t));
+                piece = clipped(
+                    &piece,
+                    |p| (corners[b].at - corners[a].at).perp_dot(*p - corners[a].at),
+                    |p, q, t| p.lerp(*q, t),
+                );
             }
             if area(&piece) > LEAST_PIECE_M2 {
                 let on_ground = |&at: &Vec2| interpolated(&corners, at);
@@ -281,7 +283,8 @@ impl Terrain {
     }
 
     fn add_triangle(&self, model: &mut Model, key: TileKey, triangle: Triangle, shared: &mut Shared) {
-        let values = |mask: &[f32], other: f32| triangle.map(|cell| mask.get(self.index(cell)).copied().unwrap_or(other));
+        let values =
+            |mask: &[f32], other: f32| triangle.map(|cell| mask.get(self.index(cell)).copied().unwrap_or(other));
         let (land, park) = (values(&self.land, 1.0), values(&self.park, -1.0));
         let whole = |mask: [f32; 3]| mask.iter().all(|&v| v > 0.0) || mask.iter().all(|&v| v <= 0.0);
         let inside = triangle.iter().all(|&cell| {
@@ -454,7 +457,8 @@ mod tests {
         std::sync::Arc::make_mut(&mut city.site).maps.clear();
         let mut model = Model::default();
         Terrain::of(&city).add_to(&mut model);
-        let triangles: usize = model.tiles.values().flat_map(|tile| tile.values()).map(|mesh| mesh.triangles().count()).sum();
+        let triangles: usize =
+            model.tiles.values().flat_map(|tile| tile.values()).map(|mesh| mesh.triangles().count()).sum();
         let shown = city.site.bounds.size();
         assert!(shown.x < TILE_M && shown.y < TILE_M, "{shown}");
         // Both halves are cut to the site: a quadrilateral or two each.
@@ -470,11 +474,35 @@ mod tests {
             let flat = |p: [f32; 3]| Vec2::new(f64::from(p[0]), -f64::from(p[2]));
             (flat(b) - flat(a)).perp_dot(flat(c) - flat(a)) / 2.0
         };
-        let areas: Vec<f64> = model.tiles.values().flat_map(|tile| tile.values()).flat_map(|m| m.triangles().map(plan)).collect();
+        let areas: Vec<f64> =
+            model.tiles.values().flat_map(|tile| tile.values()).flat_map(|m| m.triangles().map(plan)).collect();
         assert!(areas.iter().all(|&area| area > -1e-3));
         let size = city.site.bounds.size();
         assert!((areas.iter().sum::<f64>() / (size.x * size.y) - 1.0).abs() < 1e-4);
         assert!(areas.len() > 100);
+    }
+
+    #[test]
+    fn no_triangle_ends_within_the_side_of_another() {
+        let terrain = Terrain::of(&hilly_city());
+        let mut sides: std::collections::BTreeMap<[Cell; 2], u32> = std::collections::BTreeMap::new();
+        for tile in terrain.tile_cells() {
+            for root in terrain.roots(tile) {
+                terrain.for_leaves(root, 0, None, &mut |[a, b, c]| {
+                    for (p, q) in [(a, b), (b, c), (c, a)] {
+                        *sides.entry([p.min(q), p.max(q)]).or_default() += 1;
+                    }
+                });
+            }
+        }
+        let (columns, rows) = terrain.size();
+        let on_rim = |p: Cell, q: Cell| {
+            (p.0 == q.0 && (p.0 == 0 || p.0 == columns - 1)) || (p.1 == q.1 && (p.1 == 0 || p.1 == rows - 1))
+        };
+        assert!(sides.len() > 1000 && terrain.tiles.0 > 1);
+        for ([p, q], count) in sides {
+            assert_eq!(count, if on_rim(p, q) { 1 } else { 2 }, "{p:?} {q:?}");
+        }
     }
 
     proptest! {

@@ -13,7 +13,8 @@ fn the_file_reads_back_with_what_went_in() {
     for (tile, (key, meshes)) in tiles.iter().zip(&model.tiles) {
         let (translation, ..) = tile.transform().decomposed();
         assert_eq!(translation, [key.origin().x as f32, 0.0, -key.origin().y as f32]);
-        let primitives: Vec<_> = tile.children().flat_map(|child| child.mesh().unwrap().primitives().collect::<Vec<_>>()).collect();
+        let primitives: Vec<_> =
+            tile.children().flat_map(|child| child.mesh().unwrap().primitives().collect::<Vec<_>>()).collect();
         assert_eq!(primitives.len(), meshes.len());
         for (primitive, mesh) in primitives.iter().zip(meshes.values()) {
             let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
@@ -51,9 +52,13 @@ fn streets_lie_on_the_terrain_as_it_is_drawn() {
     let model = model(&city);
     let mut seen = 0;
     for (key, tile) in &model.tiles {
-        for (_, mesh) in tile.iter().filter(|((group, surface), _)| *group == Group::Streets && *surface == Surface::Minor) {
+        for (_, mesh) in
+            tile.iter().filter(|((group, surface), _)| *group == Group::Streets && *surface == Surface::Minor)
+        {
             for corners in mesh.triangles() {
-                let middle = corners.iter().fold([0.0; 3], |sum, c| [sum[0] + c[0] / 3.0, sum[1] + c[1] / 3.0, sum[2] + c[2] / 3.0]);
+                let middle = corners
+                    .iter()
+                    .fold([0.0; 3], |sum, c| [sum[0] + c[0] / 3.0, sum[1] + c[1] / 3.0, sum[2] + c[2] / 3.0]);
                 let place = key.origin() + Vec2::new(f64::from(middle[0]), -f64::from(middle[2]));
                 let above = f64::from(middle[1]) - terrain.height(place);
                 assert!((0.099..0.121).contains(&above), "{above} m above the terrain at {place}");

@@ -41,9 +41,7 @@ impl Samples {
     /// The same with a rim of one sample all round, so that every outline closes.
     #[must_use]
     pub fn rimmed(&self, value: f32) -> Self {
-        let inside = |column: usize, row: usize| {
-            (1..=self.width).contains(&column) && (1..=self.height).contains(&row)
-        };
+        let inside = |column: usize, row: usize| (1..=self.width).contains(&column) && (1..=self.height).contains(&row);
         Self::of(self.width + 2, self.height + 2, |column, row| {
             f64::from(if inside(column, row) { self.values[(row - 1) * self.width + column - 1] } else { value })
         })

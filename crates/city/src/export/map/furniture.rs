@@ -140,7 +140,8 @@ impl Footer<'_> {
             self.page.fill(&rectangle([left + length * f32::from(part) / 4.0, top], [length / 4.0, height]), colour);
         }
         self.page.stroke(&rectangle([left, top], [length, height]), Pen::new(style::INK, word * 0.05));
-        for (at, label) in [(left, "0".into()), (left + length / 2.0, measure(metres / 2.0)), (right, measure(metres))] {
+        for (at, label) in [(left, "0".into()), (left + length / 2.0, measure(metres / 2.0)), (right, measure(metres))]
+        {
             self.words(&label, [at, top - word * 0.4], 0.8, Align::Middle, style::INK, false);
         }
     }
@@ -167,7 +168,8 @@ fn numbers(city: &City) -> String {
         .sum();
     let counts = [(city.blocks.len(), "blocks"), (city.parcels.len(), "parcels"), (city.buildings.len(), "buildings")];
     let counted = counts.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{} {what}", grouped(n)));
-    let streets = if length < 10_000.0 { format!("{:.1}", length / 1000.0) } else { grouped((length / 1000.0) as usize) };
+    let streets =
+        if length < 10_000.0 { format!("{:.1}", length / 1000.0) } else { grouped((length / 1000.0) as usize) };
     std::iter::once(format!("{streets} km of streets")).chain(counted).collect::<Vec<_>>().join(" · ")
 }
 

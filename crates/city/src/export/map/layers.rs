@@ -76,7 +76,8 @@ fn outlines(mask: &Raster, view: &View) -> Lines {
     let mut lines = Lines::default();
     for (ring, _) in sampled(mask, view, MASK_STEP).smoothed().rimmed(0.0).contours(0.5) {
         // The rim moved everything by one sample.
-        let ring: Vec<_> = ring.iter().map(|[x, y]| [corner[0] + (x - 1.0) * step, corner[1] + (y - 1.0) * step]).collect();
+        let ring: Vec<_> =
+            ring.iter().map(|[x, y]| [corner[0] + (x - 1.0) * step, corner[1] + (y - 1.0) * step]).collect();
         lines.push(simplified(&ring, OUTLINE_TOLERANCE), true);
     }
     lines
@@ -173,7 +174,9 @@ fn street_pen(city: &City, view: &View, (level, class, half_width): Alike, casin
     let pen = Pen::new(colour, if casing { width } else { width - 2.0 * rim });
     match level {
         0 => pen,
-        1.. if casing => Pen { width: width + 1.2 * page, colour: style.casing.towards(style::INK, 0.35), ..pen.square() },
+        1.. if casing => {
+            Pen { width: width + 1.2 * page, colour: style.casing.towards(style::INK, 0.35), ..pen.square() }
+        }
         1.. => pen.square(),
         _ => Pen { dash: Some(3.0 * width), ..pen.square() },
     }

@@ -60,7 +60,7 @@ impl Canvas for Pixels {
     fn fill(&mut self, rings: &Lines, colour: Colour) {
         let paint = paint(colour);
         // Rings of one shape may lie apart in the list, so that a shape with holes must not be parted.
-        for path in paths(rings, BATCH) {
+        for path in paths(rings, usize::MAX) {
             self.page.fill_path(&path, &paint, FillRule::EvenOdd, Transform::identity(), None);
         }
     }

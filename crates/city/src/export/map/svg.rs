@@ -65,7 +65,9 @@ pub fn text_element(text: &Text) -> String {
     let [x, y] = text.at.map(units);
     let weight = if text.bold { " font-weight=\"600\"" } else { "" };
     let (size, fill, words) = (units(text.size), hex(text.colour), escaped(&text.words));
-    format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{weight} text-anchor=\"{anchor}\" fill=\"{fill}\">{words}</text>\n")
+    format!(
+        "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{weight} text-anchor=\"{anchor}\" fill=\"{fill}\">{words}</text>\n"
+    )
 }
 
 impl<W: Write> Canvas for Svg<W> {

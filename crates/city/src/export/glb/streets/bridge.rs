@@ -27,7 +27,11 @@ pub fn add(model: &mut Model, city: &City, terrain: &Terrain, run: &Run, ribbon:
     for (from, to, surface) in ribbon.strips() {
         let mesh = model.mesh(ribbon.tile, Group::Streets, surface);
         for piece in fine.windows(2) {
-            push_quad(mesh, ribbon, [corner(&piece[0], from), corner(&piece[1], from), corner(&piece[1], to), corner(&piece[0], to)]);
+            push_quad(
+                mesh,
+                ribbon,
+                [corner(&piece[0], from), corner(&piece[1], from), corner(&piece[1], to), corner(&piece[0], to)],
+            );
         }
     }
     let body = model.mesh(ribbon.tile, Group::Streets, Surface::Deck);
