@@ -158,11 +158,7 @@ impl Loaded {
     }
 
     fn frame_error(&self, error: &sources::ProjectionError) -> SourceError {
-        SourceError::kind(
-            &self.folder,
-            error.to_string(),
-            "maps with streets need a UTM crs such as EPSG:32618".into(),
-        )
+        SourceError::kind(&self.folder, error.to_string(), "maps with streets need a UTM crs such as EPSG:32618".into())
     }
 
     fn site_of_maps(&self, folder: &str) -> Result<Site, SourceError> {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::{RecursiveSettings, buildable, subdivide};
 use geom::point::units;
-use geom::strip::{Reach, strip, wedge};
+use geom::strip::{MITRE_LIMIT, Reach, strip, wedge};
 use proptest::prelude::*;
 use streets::faces::FaceKind;
 use streets::graph::{Crowding, NewSegment};
@@ -104,6 +104,14 @@ fn dead_ends_are_capped_and_their_bends_filled() {
     assert!(!block.streets.contains(&street(5)));
 }
 
+/// How far (LSB) the rounding of a crossing next to a bend may shift the tip of its mitre: one unit at the crossing,
+/// carried from there to the tip.
+fn carried_rounding(graph: &StreetGraph, arms: [HalfKey; 2], half: i32) -> i32 {
+    let length = |arm: HalfKey| graph.line(arm).0.distance(graph.line(arm).1) * Point::UNITS_PER_METRE;
+    let shortest = arms.map(length).into_iter().fold(f64::INFINITY, f64::min);
+    (MITRE_LIMIT * f64::from(half) / shortest).ceil() as i32
+}
+
 /// The exact bodies of a graph, three units within what the external checker takes for them.
 fn exact_bodies(graph: &StreetGraph) -> Vec<Polygon> {
     let mut bodies = Vec::new();
@@ -116,6 +124,7 @@ fn exact_bodies(graph: &StreetGraph) -> Vec<Polygon> {
     for (node, _) in graph.nodes_unsorted() {
         if let [a, b] = *graph.halves_ccw(node) {
             let half = graph.segment(a.segment()).half_width().min(graph.segment(b.segment()).half_width()) - 3;
+            let half = half - carried_rounding(graph, [a, b], half);
             let ring = wedge(graph.line(a).1, graph.at(node), graph.line(b).1, half, half);
             bodies.extend(ring.map(|ring| Polygon::new(ring, vec![])));
         }

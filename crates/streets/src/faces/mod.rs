@@ -70,7 +70,7 @@ pub struct Side {
 /// A bounded face.
 #[derive(Clone, Debug)]
 pub struct Face {
-    /// Signature: hash of the cyclic sequence of (street, direction, corner crossing) of its core rims. A T crossing
+    /// Signature: hash of the cyclic sequence of (street, direction, corner) of its core rims. A T crossing
     /// from outside does not change it. No two faces of one kind in a graph share it.
     pub id: Id,
     /// The outer rim, antennas included, counter-clockwise.
@@ -109,7 +109,7 @@ impl Face {
         Peeler::new(graph).peel(&self.outer.halves, is_bridge, &mut core);
         let outer = core.cycles.into_iter().max_by_key(|cycle| walk::doubled_area(graph, cycle));
         let least = outer.and_then(|mut cycle| sides::least_corner(graph, &mut cycle));
-        let parts = least.map(|Corner { street, forward, node }| [street.0.0, forward.into(), node.0.0]);
+        let parts = least.map(|Corner { street, forward, at }| [street.0.0, forward.into(), at.0.0]);
         parts.map_or(self.id, |parts| Id::root("face root", &parts))
     }
 }
@@ -220,16 +220,19 @@ impl FaceMaker<'_> {
     }
 }
 
-/// Tells apart what a signature cannot: faces between passages of a street that meets itself in one node several
-/// times. They get the nodes of their whole rim into their id. Returns the ids, ascending, with their places in `faces`.
+/// Tells apart what a signature cannot: faces between the same streets in the same order, where two of them meet more
+/// than once. They get the nodes of their own sides into their id (not those of foreign crossings on them). Returns the
+/// ids, ascending, with their places in `faces`.
 fn make_ids_distinct(graph: &StreetGraph, faces: &mut [(Face, usize)]) -> Vec<(Id, usize)> {
     let mut order: Vec<(Id, usize)> = faces.iter().enumerate().map(|(place, (face, _))| (face.id, place)).collect();
     order.sort_unstable();
     for alike in order.chunk_by_mut(|a, b| a.0 == b.0).filter(|alike| alike.len() > 1) {
         for (id, place) in alike {
             let face = &mut faces[*place].0;
-            let rim = face.outer.halves.iter().map(|&half| graph.node(graph.origin(half)).id.0.0);
-            let nodes: Vec<u128> = std::iter::once(id.0).chain(rim).collect();
+            let sides = face.sides.iter().chain(face.hole_sides.iter().flatten());
+            let mut nodes: Vec<u128> = sides.map(|side| graph.node(side.from_node).id.0.0).collect();
+            nodes.sort_unstable();
+            nodes.insert(0, id.0);
             *id = Id::root("face of equal signature", &nodes);
             face.id = *id;
         }

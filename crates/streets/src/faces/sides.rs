@@ -20,8 +20,9 @@ pub(crate) struct Corner {
     pub street: StreetId,
     /// Whether the rim runs along the street in its own direction.
     pub forward: bool,
-    /// The corner's node; the least pinned node of a street that closes the face alone.
-    pub node: crate::NodeId,
+    /// What the corner hangs on: the two streets that meet there, not the node, whose name may come from a street on
+    /// its other side; the node itself where a street meets itself or closes the face alone.
+    pub at: crate::NodeId,
 }
 
 /// A core cycle as seen from its face.
@@ -49,7 +50,7 @@ impl Outline {
 
     /// The hash of the cyclic sequence of corners.
     pub fn signature(&self) -> Id {
-        let parts = self.corners.iter().flat_map(|corner| [corner.street.0.0, corner.forward.into(), corner.node.0.0]);
+        let parts = self.corners.iter().flat_map(|corner| [corner.street.0.0, corner.forward.into(), corner.at.0.0]);
         let parts: SmallVec<[u128; 24]> = parts.collect();
         Id::root("rim", &parts)
     }
@@ -73,7 +74,8 @@ fn rotate_to_corners(graph: &StreetGraph, cycle: &mut [HalfKey], passing: &mut [
     if places.is_empty() {
         places.push(least_pinned(graph, cycle));
     }
-    let mut corners: Corners = places.iter().map(|&i| corner_at(graph, cycle[i])).collect();
+    let before = |i: usize| cycle[if i == 0 { cycle.len() - 1 } else { i - 1 }];
+    let mut corners: Corners = places.iter().map(|&i| corner_at(graph, before(i), cycle[i])).collect();
     let first = least_rotation(&corners);
     corners.rotate_left(first);
     cycle.rotate_left(places[first]);
@@ -81,21 +83,23 @@ fn rotate_to_corners(graph: &StreetGraph, cycle: &mut [HalfKey], passing: &mut [
     corners
 }
 
-fn corner_at(graph: &StreetGraph, half: HalfKey) -> Corner {
+fn corner_at(graph: &StreetGraph, before: HalfKey, half: HalfKey) -> Corner {
     let claim = graph.segment(half.segment()).leading();
-    Corner {
-        street: claim.street,
-        forward: claim.forward == half.is_forward(),
-        node: graph.node(graph.origin(half)).id,
-    }
+    let from = graph.segment(before.segment()).leading().street;
+    let at = if from == claim.street {
+        graph.node(graph.origin(half)).id
+    } else {
+        crate::NodeId::crossing(from, claim.street, 0)
+    };
+    Corner { street: claim.street, forward: claim.forward == half.is_forward(), at }
 }
 
 /// Where the corner of a rim that has none is put: its street has the same claim to every node, but it is tied to
 /// those that it pins.
 fn least_pinned(graph: &StreetGraph, cycle: &[HalfKey]) -> usize {
     let rank = |&i: &usize| {
-        let corner = corner_at(graph, cycle[i]);
-        (!graph.pins(graph.origin(cycle[i])).contains(&corner.street), corner.node)
+        let (node, street) = (graph.origin(cycle[i]), graph.segment(cycle[i].segment()).leading().street);
+        (!graph.pins(node).contains(&street), graph.node(node).id)
     };
     (0..cycle.len()).min_by_key(rank).expect("a cycle has a half")
 }

@@ -36,7 +36,7 @@ impl Footer<'_> {
         let border = word * 1.6;
         let (left, right) = (border, self.view.width() as f32 - border);
         let top = corner[1] + size[1];
-        self.words(title(city, options), [left, top + word * 3.1], 2.5, Align::Start, style::INK, true);
+        self.words(&title(city, options), [left, top + word * 3.1], 2.5, Align::Start, style::INK, true);
         self.words(&numbers(city), [left, top + word * 4.9], 1.0, Align::Start, style::FAINT_INK, false);
         self.legend(city, left, top + word * 7.1);
         self.north([right - word * 0.7, top + word * 1.0]);

@@ -59,7 +59,7 @@ pub enum MapError {
 /// Those of the writer.
 pub fn write_svg(city: &City, options: &MapOptions, out: impl Write) -> io::Result<()> {
     let view = View::of(city, options.longest_side);
-    let mut page = svg::Svg::new(out, view.width(), view.height(), title(city, options));
+    let mut page = svg::Svg::new(out, view.width(), view.height(), &title(city, options));
     draw(city, options, &view, &mut page);
     page.finish()
 }
@@ -75,8 +75,14 @@ pub fn png(city: &City, options: &MapOptions) -> Result<Vec<u8>, MapError> {
     page.finish()
 }
 
-fn title<'a>(city: &'a City, options: &'a MapOptions) -> &'a str {
-    options.title.as_deref().unwrap_or(&city.name)
+/// The title asked for, or the city's name, which is that of a folder, as words.
+fn title(city: &City, options: &MapOptions) -> String {
+    let words = |name: &str| {
+        let name = name.replace('_', " ");
+        let mut letters = name.chars();
+        letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+    };
+    options.title.clone().unwrap_or_else(|| words(&city.name))
 }
 
 fn draw(city: &City, options: &MapOptions, view: &View, page: &mut dyn Canvas) {
@@ -103,6 +109,15 @@ mod tests {
         let parts: Vec<_> = document.root_element().children().filter_map(|node| node.attribute("id")).collect();
         assert_eq!(parts, ["ground", "heights", "blocks", "parcels", "buildings", "streets", "bridges", "furniture"]);
         assert!(document.descendants().any(|node| node.text() == Some("Port <Royal> & \"Sons\"")));
+    }
+
+    #[test]
+    fn a_city_without_title_is_called_by_its_name() {
+        let mut city = small_city();
+        city.name = "new_york".into();
+        assert_eq!(title(&city, &MapOptions::default()), "New york");
+        city.name.clear();
+        assert_eq!(title(&city, &MapOptions::default()), "");
     }
 
     #[test]
