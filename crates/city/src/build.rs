@@ -96,6 +96,7 @@ fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: 
     let city = City {
         name: sources.name.clone(),
         seed: sources.plan.seed,
+        credits: sources.credits(),
         site: sources.site.clone(),
         runs: ::streets::runs::runs(&graph),
         quarters: quarters.faces.iter().filter_map(quarter_area).collect(),

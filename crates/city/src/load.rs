@@ -75,6 +75,8 @@ pub struct ImportFile {
     pub streets: Vec<ImportedStreet>,
     /// Lines left out, by reason, counted.
     pub left_out: BTreeMap<String, usize>,
+    /// Whom maps must name.
+    pub credit: Option<String>,
 }
 
 /// Runs the script of a city: a folder with a `city.rhai`, or the script itself. Rules are looked up in the city's
@@ -172,7 +174,11 @@ impl Loaded {
         let mut options = BTreeMap::new();
         for name in map_names(&folder)? {
             let said = plan.site.maps.get(&name).cloned().unwrap_or_default();
-            if let Some(size) = said.size.or(plan.site.size) {
+            let by_pixels = || {
+                let (width, height) = image::image_dimensions(folder.join(format!("{name}.png"))).ok()?;
+                said.pixel_size.map(|metres| Vec2::new(f64::from(width), f64::from(height)) * metres)
+            };
+            if let Some(size) = said.size.or_else(by_pixels).or(plan.site.size) {
                 let is_mask = said.units.as_deref().map_or_else(|| is_mask_by_name(&name), |units| units == "mask");
                 let (scale, offset) = (said.scale.unwrap_or(1.0), said.offset.unwrap_or(0.0));
                 options.insert(name, MapOptions { size_m: size.to_array(), scale, offset, mask: is_mask });
@@ -216,7 +222,9 @@ fn import_file(import: &StreetImport, key: String, file: sources::StreetFile, bo
         }
         streets.extend(kept.into_iter().map(|street| as_planned(street, import)));
     }
-    ImportFile { key, streets, left_out }
+    let is_osm = key.ends_with(".osm") || key.ends_with(".pbf");
+    let credit = import.credit.clone().or_else(|| is_osm.then(|| "Streets © OpenStreetMap contributors".to_owned()));
+    ImportFile { key, streets, left_out, credit }
 }
 
 /// The parts of a street between points inside the bounds.
@@ -254,6 +262,14 @@ fn as_planned(mut street: ImportedStreet, import: &StreetImport) -> ImportedStre
 }
 
 impl Sources {
+    /// Whom maps of the city must name, each once.
+    pub fn credits(&self) -> Vec<String> {
+        let mut credits: Vec<String> = self.imports.iter().filter_map(|file| file.credit.clone()).collect();
+        credits.sort();
+        credits.dedup();
+        credits
+    }
+
     /// Whether streets may lie anywhere at all.
     pub fn has_legal_land(&self) -> bool {
         let any = |map: Option<&Arc<Raster>>| map.is_none_or(|map| map.values().iter().any(|&value| value > 0.5));

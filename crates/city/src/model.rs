@@ -27,6 +27,8 @@ pub struct City {
     pub name: String,
     /// The seed it was built with.
     pub seed: u64,
+    /// Whom maps of it must name, e.g. contributors of imported streets.
+    pub credits: Vec<String>,
     /// Where it stands.
     pub site: Arc<Site>,
     /// Its streets.

@@ -65,6 +65,8 @@ pub struct StreetImport {
     pub width: Option<f64>,
     /// Our class for a value of the file's `highway` tag or `class` property.
     pub classes: BTreeMap<String, Class>,
+    /// Whom maps must name for it; OpenStreetMap's contributors for its own formats when none.
+    pub credit: Option<String>,
     /// The width in metres for such a value.
     pub widths: BTreeMap<String, f64>,
 }

@@ -46,10 +46,12 @@ impl Format {
     }
 
     fn write(self, city: &City, out: &mut dyn Write) -> Result<(), Problem> {
+        let credits = (!city.credits.is_empty()).then(|| city.credits.join(" · "));
+        let options = MapOptions { attribution: credits, ..MapOptions::default() };
         match self {
             Self::Layout => geojson::write_layout(city, out)?,
-            Self::Svg => map::write_svg(city, &MapOptions::default(), out)?,
-            Self::Png => out.write_all(&map::png(city, &MapOptions::default())?)?,
+            Self::Svg => map::write_svg(city, &options, out)?,
+            Self::Png => out.write_all(&map::png(city, &options)?)?,
             Self::Glb => out.write_all(&glb::to_bytes(&glb::model(city))?)?,
         }
         Ok(())

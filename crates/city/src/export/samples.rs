@@ -45,6 +45,7 @@ impl Maker {
         let site = site(n, hills);
         let graph = StreetGraph::new(Classes::default());
         let city = City {
+            credits: Vec::new(),
             name: "Sampleton".into(),
             seed: 1625,
             site: Arc::new(site),

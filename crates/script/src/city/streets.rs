@@ -28,7 +28,7 @@ pub(super) fn register(engine: &mut Engine) {
         .with_params_info(["[[x, y], …]"])
         .register_into_engine(engine, |points: Array| Ok::<_, Refusal>(line(points, Map::new())?));
     FuncRegistration::new("streets_from")
-        .with_params_info(["file", "#{ class, width, classes, widths }"])
+        .with_params_info(["file", "#{ class, width, classes, widths, credit }"])
         .with_comments(["/// Streets from a .geojson, .osm or .osm.pbf file beside the script."])
         .register_into_engine(engine, |file: &str, options: Map| Ok::<_, Refusal>(import(file, options)?));
     FuncRegistration::new("streets_from")
@@ -91,7 +91,7 @@ fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
         let help = "streets come from .geojson, .osm and .osm.pbf files";
         return Err(Complaint::new(format!("`{file}` is no file of streets")).hint(help));
     }
-    let mut options = Options::new("streets_from", options, &["class", "width", "classes", "widths"])?;
+    let mut options = Options::new("streets_from", options, &["class", "width", "classes", "widths", "credit"])?;
     let named = |(value, name): (_, Dynamic)| Ok((String::from(value), class(&text(name, "classes")?, "classes")?));
     let wide = |(value, metres): (_, Dynamic)| {
         let metres =
@@ -103,6 +103,7 @@ fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
         class: options.text("class")?.map(|name| class(&name, "class")).transpose()?,
         width: width(&mut options)?,
         classes: options.map("classes")?.into_iter().map(named).collect::<Result<BTreeMap<_, _>, Complaint>>()?,
+        credit: options.text("credit")?,
         widths: options.map("widths")?.into_iter().map(wide).collect::<Result<BTreeMap<_, _>, _>>()?,
     })
 }

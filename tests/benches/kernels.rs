@@ -1,0 +1,121 @@
+//! Speed of the kernels and how it grows with size: `cargo bench -p suite`.
+//!
+//! Wall time on one thread. The same growth is timed with a rule in Rust and with `rules/streets/grid.rhai` in one run,
+//! so that the price of scripting is a ratio; each table ends with the exponent from its smallest to its largest size.
+#![allow(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
+
+use geom::point::units;
+use geom::{Angle, Bounds, Id, Point, Seed, Vec2};
+use script::{Faults, Host, StreetPattern};
+use std::sync::Arc;
+use std::time::Instant;
+use streets::faces::{FaceKind, Faces};
+use streets::graph::{Crowding, NewSegment};
+use streets::growth::{Fields, Growth, GrowthRules, Slot, Steer, Tip, grow};
+use streets::{Claim, Classes, NodeId, StreetGraph, StreetId};
+
+const SIZES: [usize; 4] = [10_000, 30_000, 100_000, 300_000];
+
+fn main() {
+    for random in [false, true] {
+        let name = if random { "insert, random lines" } else { "insert, lattice" };
+        table(name, "segments", |size| {
+            let lines = lines(size, random);
+            let started = Instant::now();
+            let graph = insert_all(&lines);
+            (graph.segment_count(), started.elapsed().as_secs_f64())
+        });
+    }
+    table("faces from scratch, lattice", "segments", |size| {
+        let graph = insert_all(&lines(size, false));
+        let started = Instant::now();
+        let faces = Faces::of(&graph, FaceKind::Block);
+        assert!(!faces.faces.is_empty());
+        (graph.segment_count(), started.elapsed().as_secs_f64())
+    });
+    table("growth, grid rule in Rust", "segments", |size| grown(size, &Grid));
+    let faults = Arc::new(Faults::default());
+    let rule = Host::new(Vec::new()).rule("streets/grid").expect("the library has a grid");
+    let rule = rule.with_text("heading", "0").and_then(|rule| rule.with_text("block_length", "250"));
+    let rule = rule.expect("the grid has these parameters");
+    let rhai = StreetPattern::new(rule, 0, Arc::new(Classes::default()), faults.clone());
+    table("growth, grid rule in Rhai", "segments", |size| grown(size, &rhai));
+    assert!(faults.is_empty());
+}
+
+/// Runs a measurement at all sizes, best of three, and prints rates and the exponent.
+fn table(name: &str, unit: &str, measure: impl Fn(usize) -> (usize, f64)) {
+    println!("{name}");
+    let mut rows = Vec::new();
+    for size in SIZES {
+        let (count, seconds) = (0..3).map(|_| measure(size)).min_by(|a, b| a.1.total_cmp(&b.1)).expect("three runs");
+        println!("  {count:>8} {unit} {:>9.1} ms {:>10.0} /s", seconds * 1e3, count as f64 / seconds);
+        rows.push((count as f64, seconds));
+    }
+    let ((small, fast), (large, slow)) = (rows[0], rows[rows.len() - 1]);
+    println!("  exponent {:.2}", libm::log(slow / fast) / libm::log(large / small));
+}
+
+/// About `size` segments: a lattice of 80 m, or lines of 20 to 120 m anywhere.
+fn lines(size: usize, random: bool) -> Vec<(Point, Point)> {
+    let seed = Seed(1);
+    if random {
+        let side = (size as f64).sqrt() * 60.0;
+        let line = |k: u64| {
+            let draw = |n: u64, low: f64, high: f64| seed.range(4 * k + n, low, high);
+            let from = Vec2::new(draw(0, 0.0, side), draw(1, 0.0, side));
+            let to = from + Angle::degrees(draw(2, 0.0, 360.0)).unit() * draw(3, 20.0, 120.0);
+            (Point::from_metres(from), Point::from_metres(to))
+        };
+        return (0..(size / 2) as u64).map(line).collect();
+    }
+    let side = ((size as f64 / 2.0).sqrt()) as i32;
+    let place = |i: i32, j: i32| Point::new(units(80.0) * i - units(20_000.0), units(80.0) * j - units(20_000.0));
+    let from = |n: i32| (n / side, n % side);
+    let both = |(i, j): (i32, i32)| [(place(i, j), place(i + 1, j)), (place(i, j), place(i, j + 1))];
+    (0..side * side).map(from).flat_map(both).collect()
+}
+
+fn insert_all(lines: &[(Point, Point)]) -> StreetGraph {
+    let mut graph = StreetGraph::new(Classes::default());
+    for (k, &(from, to)) in lines.iter().enumerate() {
+        let id = Id::root("bench", &[k as u128]);
+        let street = StreetId(id);
+        let claim = Claim { street, class: Classes::MINOR, half_width: units(8.0), origin: 0, forward: true };
+        let (from_id, to_id) = (NodeId(id.child(0)), NodeId(id.child(1)));
+        let _ = graph.insert(&NewSegment { from, to, from_id, to_id, claim, level: 0 }, Crowding::Refuse);
+    }
+    graph
+}
+
+/// Grows about `size` segments on open land.
+fn grown(size: usize, rules: &dyn GrowthRules) -> (usize, f64) {
+    let side = (size as f64 / 2.0 * 250.0 * 80.0).sqrt();
+    let bounds = Bounds { min: Point::new(0, 0), max: Point::from_metres(Vec2::splat(side)) };
+    let fields = Arc::new(Fields::plain(bounds));
+    let growth = Growth::new(Classes::MINOR, units(8.0), Seed(1), Id::root("bench", &[]));
+    let seed = growth.seed_point(Point::from_metres(Vec2::splat(side / 2.0)), Angle::ZERO, 0);
+    let mut graph = StreetGraph::new(Classes::default());
+    let started = Instant::now();
+    let log = grow(&mut graph, &growth, rules, &fields, &[seed], &|| false);
+    (log.accepted.len(), started.elapsed().as_secs_f64())
+}
+
+/// What `rules/streets/grid.rhai` says, in Rust.
+struct Grid;
+
+impl GrowthRules for Grid {
+    fn propose(&self, tip: &mut Tip) {
+        let heading = Angle::ZERO;
+        tip.steer(Steer::Raster { heading, along: 250.0, across: 80.0, origin: Vec2::ZERO });
+        let along = tip.runs_along(heading);
+        let slot = |length: f64| Some(Slot { length, turn: Angle::ZERO, delay: 0, width: None });
+        tip.slots.ahead = slot(if along { 250.0 } else { 80.0 });
+        tip.slots.left = slot(if along { 80.0 } else { 250.0 });
+        tip.slots.right = tip.slots.left;
+    }
+
+    fn origin(&self) -> u16 {
+        0
+    }
+}
