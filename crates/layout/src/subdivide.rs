@@ -19,6 +19,13 @@ use smallvec::SmallVec;
 /// How stretched (see [`Measure::stretch`]) a piece may be made by a cut: a rectangle of 1 : 7.
 const MOST_STRETCH: f64 = 2.3;
 
+/// From this many times the wanted area on, a piece is cut even where that leaves badly shaped ones.
+const ROUGH_FROM: f64 = 2.0;
+
+/// A piece that stays larger than this many times the wanted area, for want of any cut, is open land and no parcel for
+/// one building.
+const MOST_OVERSIZE: f64 = 8.0;
+
 /// Most reflex corners of a piece that cuts are tried at, the sharpest first.
 const MOST_REFLEX: usize = 4;
 
@@ -144,7 +151,8 @@ fn parcel(map: &LandMap, region: &Region, settings: &RecursiveSettings, face: u3
     let mut access: Vec<_> =
         measure.frontage.iter().map(|&(street, length)| (map.streets[usize::from(street)], length)).collect();
     access.sort_by_key(|&(street, _)| street);
-    let built = settings.is_sound(measure) && polygon.holes.is_empty();
+    let is_oversize = measure.area > MOST_OVERSIZE * settings.most_area;
+    let built = settings.is_sound(measure) && polygon.holes.is_empty() && !is_oversize;
     let usage = if built { Use::Built } else { Use::Open };
     Parcel { id: map.faces[face as usize].path, block: region.block, polygon, access, usage }
 }
@@ -189,11 +197,11 @@ fn best_chord(
     settings: &RecursiveSettings,
     seed: Seed,
 ) -> Option<Chord> {
-    let best_of = |lines: &[Line]| {
+    let best_of = |lines: &[Line], most_stretch: f64| {
         let mut best: Option<(f64, Chord)> = None;
         for &line in lines {
             let Some(chord) = chord(map, outline, line) else { continue };
-            let Some(cost) = cost(outline, whole, &chord, settings) else { continue };
+            let Some(cost) = cost(outline, whole, &chord, most_stretch, settings) else { continue };
             if best.is_none_or(|(least, _)| cost < least) {
                 best = Some((cost, chord));
             }
@@ -202,7 +210,15 @@ fn best_chord(
     };
     let stray = |ordinal: u64| settings.irregularity * seed.range(ordinal, -1.0, 1.0);
     let around = outline.smallest_box();
-    best_of(&lines(outline, &around, stray)).or_else(|| best_of(&spare_lines(&around)))
+    let (lines, spare) = (lines(outline, &around, stray), spare_lines(&around));
+    let most_stretch = MOST_STRETCH.max(whole.stretch());
+    let shapely = best_of(&lines, most_stretch).or_else(|| best_of(&spare, most_stretch));
+    // A large crooked piece may have no cut into well-shaped ones; what a rough cut leaves is cut on.
+    let is_large = whole.area > ROUGH_FROM * settings.most_area;
+    shapely.or_else(|| {
+        let rough = || best_of(&lines, f64::INFINITY).or_else(|| best_of(&spare, f64::INFINITY));
+        is_large.then(rough).flatten()
+    })
 }
 
 /// Lines worth trying: across the long and the short side of the smallest rectangle, straight in from the longest
@@ -268,12 +284,17 @@ fn sharpest_reflex(outline: &Outline) -> SmallVec<[usize; MOST_REFLEX]> {
 
 /// How bad a cut is: unequal halves, stretched pieces, lost access; better where it ends at a reflex corner. `None`
 /// for a cut that must not be.
-fn cost(outline: &Outline, whole: &Measure, chord: &Chord, settings: &RecursiveSettings) -> Option<f64> {
+fn cost(
+    outline: &Outline,
+    whole: &Measure,
+    chord: &Chord,
+    most_stretch: f64,
+    settings: &RecursiveSettings,
+) -> Option<f64> {
     let place = |end: &End| (end.edge, outline.place(end.at));
     let (from, to) = (place(&chord.from), place(&chord.to));
     let pieces = [outline.measure_part(to, from), outline.measure_part(from, to)];
     let least_area = settings.least_area.max(least_piece());
-    let most_stretch = MOST_STRETCH.max(whole.stretch());
     if pieces.iter().any(|piece| piece.area < least_area || piece.stretch() > most_stretch) {
         return None;
     }
