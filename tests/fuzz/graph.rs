@@ -2,8 +2,9 @@
 //!
 //! `PLAT_FUZZ_OPS=1000000 cargo test -p suite --test fuzz_graph --release` runs the long version.
 
+use geom::Bounds;
 use geom::{Id, Point, Seed, predicates, tolerance};
-use streets::graph::{Crowding, NewSegment};
+use streets::graph::{CheckLevel, Crowding, NewSegment};
 use streets::{Claim, Class, Classes, NodeId, NodeKey, StreetGraph, StreetId};
 
 /// Draws for one run, one after the other.
@@ -46,10 +47,10 @@ fn draw_point(draws: &mut Draws, style: Style, size: i64, graph: &StreetGraph) -
         Style::Stack => Point::new(draws.between(-size, size) as i32, (draws.between(-1, 1) * 70) as i32),
         Style::Star if draws.below(2) == 0 => Point::new(draws.between(-1, 1) as i32, draws.between(-1, 1) as i32),
         Style::Star => anywhere(draws),
-        Style::NearMiss => match graph.nodes_by_id().as_slice() {
-            [] => anywhere(draws),
-            nodes => {
-                let near = graph.at(nodes[draws.below(nodes.len() as i64) as usize]);
+        Style::NearMiss => match graph.nodes_unsorted().nth(draws.below(graph.node_count().max(1) as i64) as usize) {
+            None => anywhere(draws),
+            Some((_, near)) => {
+                let near = near.at;
                 Point::new(near.x + draws.between(-90, 90) as i32, near.y + draws.between(-90, 90) as i32)
             }
         },
@@ -157,9 +158,52 @@ fn fuzz(seed: u64, operations: usize, size: i64, most: usize, tally: &mut Tally)
     }
 }
 
+fn operations() -> usize {
+    std::env::var("PLAT_FUZZ_OPS").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000)
+}
+
+/// What an operation between two places may have touched, checked.
+fn check_around(graph: &StreetGraph, from: Point, to: Point, context: &dyn Fn() -> String) {
+    let segments = graph.segments_near(Bounds::between(from, to).grown(1_000));
+    let mut nodes: Vec<NodeKey> = segments.iter().flat_map(|&key| graph.segment(key).ends).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    assert_eq!(graph.check_touched(&nodes, &segments), Vec::new(), "{}", context());
+}
+
+#[test]
+fn large_graphs_keep_the_contract() {
+    let mut draws = Draws { seed: Seed(77), next: 0 };
+    let mut graph = StreetGraph::new(Classes::default());
+    let mut streets = Vec::new();
+    let size = 3_000_000;
+    for step in 0..operations() {
+        let context = || format!("step {step}");
+        if streets.len() > 1_000 || (!streets.is_empty() && draws.below(4) == 0) {
+            let (street, from, to) = streets.swap_remove(draws.below(streets.len() as i64) as usize);
+            graph.remove_street(street);
+            check_around(&graph, from, to, &context);
+        } else {
+            let mut new = draw_segment(&mut draws, size, &graph);
+            // As long as streets are, so that many operations are local.
+            let (dx, dy) = new.from.to(new.to);
+            new.to = Point::new(new.from.x + (dx / 16) as i32, new.from.y + (dy / 16) as i32);
+            let crowding = if draws.below(2) == 0 { Crowding::Refuse } else { Crowding::Join };
+            if graph.insert(&new, crowding).is_ok() {
+                streets.push((new.claim.street, new.from, new.to));
+            }
+            check_around(&graph, new.from, new.to, &context);
+        }
+        if step % 1_000 == 0 {
+            assert_eq!(graph.check(CheckLevel::Sweep), Vec::new(), "{}", context());
+        }
+    }
+    assert_eq!(graph.check(CheckLevel::Sweep), Vec::new());
+}
+
 #[test]
 fn random_operations_keep_the_contract() {
-    let operations: usize = std::env::var("PLAT_FUZZ_OPS").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000);
+    let operations = operations();
     let mut tally = Tally::default();
     let sizes = [500, 3_000, 30_000, 1_000_000];
     let per_run = 200;

@@ -308,8 +308,10 @@ mod tests {
 
     #[test]
     fn insertion_agrees_where_nothing_snaps() {
+        // `PLAT_ORACLE_SETS=10000` for the long version.
+        let sets = std::env::var("PLAT_ORACLE_SETS").ok().and_then(|sets| sets.parse().ok()).unwrap_or(600);
         let mut compared = [0; 3];
-        for case in 0..600 {
+        for case in 0..sets {
             let (seed, kind) = (Seed(case), case as usize % 3);
             let lines = random_lines(seed, 2 + (seed.child(9999).0 % 10) as usize, kind);
             let expected = Arrangement::of(&lines).unwrap();
@@ -322,6 +324,6 @@ mod tests {
                 compared[kind] += 1;
             }
         }
-        assert!(compared.iter().all(|&cases| cases > 30), "{compared:?} cases compared");
+        assert!(compared.iter().all(|&cases| cases > sets / 20), "{compared:?} cases compared");
     }
 }
