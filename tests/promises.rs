@@ -16,7 +16,8 @@ fn lattice(change: impl FnOnce(&mut Plan)) -> City {
 /// Everything that is written of a city, file by file.
 fn files(city: &City) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let written = city::export::write_all(city, b"{}", folder.path()).expect("the city is written");
+    let written =
+        city::export::write_all(city, b"{}", folder.path(), &city::Cancel::default()).expect("the city is written");
     let name = |path: &std::path::Path| path.file_name().expect("a name").to_string_lossy().into_owned();
     written.iter().map(|path| (name(path), std::fs::read(path).expect("what was written is there"))).collect()
 }

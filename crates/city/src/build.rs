@@ -35,8 +35,10 @@ pub enum BuildError {
     #[error("stopped before the city was finished; nothing was written")]
     Cancelled,
     /// Nothing could grow.
-    #[error("there is nothing to build: {reason}\n  hint: {hint}")]
+    #[error("{}there is nothing to build: {reason}\n  hint: {hint}", listed(faults))]
     Nothing {
+        /// What went wrong in rules meanwhile.
+        faults: Vec<script::Fault>,
         /// What is missing.
         reason: String,
         /// What to do about it.
@@ -83,7 +85,7 @@ fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: 
     let network = streets::derive(&context, &mut report)?;
     let graph = network.graph;
     if graph.segment_count() == 0 {
-        return Err(nothing(sources));
+        return Err(nothing(sources, &faults));
     }
     let quarters = Faces::of(&graph, FaceKind::Quarter);
     let blocks = Faces::of(&graph, FaceKind::Block);
@@ -117,13 +119,21 @@ fn quarter_area(face: &::streets::faces::Face) -> Option<Area> {
     (polygon.outer.len() >= 3).then_some(Area { id: face.id, name: None, polygon })
 }
 
-fn nothing(sources: &Sources) -> BuildError {
+/// Faults one a line, before what they led to.
+fn listed(faults: &[script::Fault]) -> String {
+    faults.iter().map(|fault| format!("{fault}\n")).collect()
+}
+
+fn nothing(sources: &Sources, faults: &Faults) -> BuildError {
     let has_land = sources.has_legal_land();
     let reason = if has_land { "no street could grow or be imported" } else { "the site has no land to build on" };
-    let hint = if has_land {
+    let faults = faults.sorted();
+    let hint = if !faults.is_empty() {
+        "mend the rule first: where it fails, streets end"
+    } else if has_land {
         "check that the plan has `given`, `import` or `majors`, and that goals ask for streets somewhere"
     } else {
         "check the `land` map and the `within` mask: white is land, black is water"
     };
-    BuildError::Nothing { reason: reason.into(), hint: hint.into() }
+    BuildError::Nothing { faults, reason: reason.into(), hint: hint.into() }
 }

@@ -26,6 +26,14 @@ pub enum LoadError {
         /// What to do.
         hint: String,
     },
+    /// The script is there, but is no text or cannot be read.
+    #[error("{}: {message}\n  hint: a city script is UTF-8 text, as in scripts/lattice/city.rhai", path.display())]
+    Unreadable {
+        /// The script.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
     /// The script failed.
     #[error("{0}")]
     Fault(Box<Fault>),
@@ -98,6 +106,8 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
     let own: Arc<dyn Library> = Arc::new(RuleFolder(folder.clone()));
     let given = rules.map(|rules| Arc::new(RuleFolder(rules.to_path_buf())) as Arc<dyn Library>);
     let host = Host::new(std::iter::once(own).chain(given).collect());
+    // Editors on Windows put a mark in front that Rhai does not know.
+    let text = text.trim_start_matches('\u{feff}').to_owned();
     let source = Source { text, path: script.display().to_string() };
     let Evaluated { plan, printed } = host.plan(&source, Arc::new(MapFolders(folder.clone())))?;
     let name = fs::canonicalize(&folder).ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
@@ -106,6 +116,9 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
 
 fn missing(city: &Path, script: &Path, error: &std::io::Error) -> LoadError {
     let is_absent = error.kind() == std::io::ErrorKind::NotFound;
+    if !is_absent && script.is_file() {
+        return LoadError::Unreadable { path: script.to_path_buf(), message: error.to_string() };
+    }
     let message = match (is_absent, city.exists()) {
         (true, true) => "there is no city.rhai in this folder".to_owned(),
         (true, false) => "there is no such city".to_owned(),
@@ -285,7 +298,10 @@ impl Library for RuleFolder {
     fn read(&self, name: &str) -> Option<Result<Source, String>> {
         let path = self.0.join(name);
         match fs::read_to_string(&path) {
-            Ok(text) => Some(Ok(Source { text, path: path.display().to_string() })),
+            Ok(text) => {
+                let text = text.trim_start_matches('\u{feff}').to_owned();
+                Some(Ok(Source { text, path: path.display().to_string() }))
+            }
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
             Err(error) => Some(Err(format!("{}: {error}", path.display()))),
         }

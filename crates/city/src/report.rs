@@ -147,6 +147,9 @@ impl Report {
         }
         self.street_metres.values_mut().for_each(|metres| *metres = round(*metres));
         self.sliver_m2 = round(trimmed as f64 / 2.0 / (1024.0 * 1024.0));
+        if city.blocks.is_empty() {
+            self.warn("no streets close a block, so there is no land to divide".into());
+        }
         self.faults = faults.sorted().iter().map(FaultReport::from).collect();
     }
 }

@@ -156,6 +156,25 @@ fn rules_that_never_end_or_want_too_much() {
 }
 
 #[test]
+fn a_rule_that_fails_before_anything_grows_is_named() {
+    let place = Place::new(
+        "city(#{ site: site(#{ size: [1000, 1000] }), minors: streets(#{ pattern: rule(\"streets/own\") }) });",
+    );
+    place.write("streets/own.rhai", b"fn propose(tip, p) {\n    loop { }\n}\n");
+    place.expect(3, &["own.rhai:2:", "endless loop", "nothing to build"]);
+}
+
+#[test]
+fn a_script_that_is_no_text_and_one_with_a_byte_order_mark() {
+    let place = Place::new("");
+    place.write("city.rhai", &[0xff, 0xfe, 0x00, 0x80]);
+    place.expect(3, &["city.rhai", "UTF-8"]);
+    let place = Place::new("");
+    place.write("city.rhai", b"\xef\xbb\xbfcity(#{ site: 7 });");
+    place.expect(3, &["city.rhai:1:", "site"]);
+}
+
+#[test]
 fn scripts_that_never_end() {
     Place::new("\nloop { }").expect(3, &["city.rhai:2:", "endless loop"]);
     Place::new("fn f(n) { f(n + 1) }\nf(1);").expect(3, &["city.rhai:", "nested too deeply"]);

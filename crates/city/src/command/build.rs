@@ -48,10 +48,10 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     bars.begin(Stage::Export, 0);
     let mut json = serde_json::to_vec_pretty(&report).map_err(|error| failed(&error))?;
     json.push(b'\n');
-    let written = export::write_all(&city, &json, &arguments.out).map_err(|error| failed(&error))?;
-    if cancel.is_cancelled() {
-        return Err((Status::Interrupted, BuildError::Cancelled.to_string()));
-    }
+    let written = export::write_all(&city, &json, &arguments.out, &cancel).map_err(|error| match error.problem {
+        export::Problem::Cancelled => (Status::Interrupted, BuildError::Cancelled.to_string()),
+        _ => failed(&error),
+    })?;
     let names: Vec<_> =
         written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));

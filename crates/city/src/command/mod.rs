@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 /// Grows, edits and builds cities from rules.
 #[derive(Parser, Debug)]
-#[command(name = "plat", version, about, long_about = None, after_help = STATUSES)]
+#[command(name = "plat", version, after_help = STATUSES)]
 struct Arguments {
     #[command(subcommand)]
     verb: Verb,

@@ -9,7 +9,7 @@ pub mod map;
 #[cfg(test)]
 pub(crate) mod samples;
 
-use crate::City;
+use crate::{Cancel, City};
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -17,6 +17,9 @@ use tempfile::NamedTempFile;
 
 pub use layout_file::{LayoutFile, ReadError, read_layout};
 pub use map::MapOptions;
+
+/// The name of the report's file.
+const REPORT: &str = "report.json";
 
 /// What a city can be written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -75,6 +78,9 @@ pub enum Problem {
     /// The folder or file can't be written.
     #[error("{0}")]
     Io(#[from] io::Error),
+    /// The build was cancelled before any file was put in its place.
+    #[error("stopped; nothing was written")]
+    Cancelled,
     /// The map could not be drawn.
     #[error("{0}")]
     Map(#[from] map::MapError),
@@ -93,6 +99,10 @@ fn at<P: Into<Problem>>(path: &Path) -> impl FnOnce(P) -> ExportError {
 /// When it can't be made, is no folder, or refuses new files.
 pub fn prepare(folder: &Path) -> Result<(), ExportError> {
     fs::create_dir_all(folder).map_err(at(folder))?;
+    let targets = Format::ALL.map(Format::file_name).into_iter().chain([REPORT]);
+    if let Some(path) = targets.map(|name| folder.join(name)).find(|path| path.is_dir()) {
+        return Err(at(&path)(io::Error::new(io::ErrorKind::IsADirectory, "a folder stands where the file goes")));
+    }
     NamedTempFile::new_in(folder).map(drop).map_err(at(folder))
 }
 
@@ -101,9 +111,9 @@ pub fn prepare(folder: &Path) -> Result<(), ExportError> {
 /// between two renames can part them).
 ///
 /// # Errors
-/// When a file can't be produced or put in its place.
-pub fn write_all(city: &City, report: &[u8], folder: &Path) -> Result<Vec<PathBuf>, ExportError> {
-    write_formats(city, folder, &Format::ALL, &[("report.json", report)])
+/// When a file can't be produced or put in its place, or `cancel` asks to stop while files are still being produced.
+pub fn write_all(city: &City, report: &[u8], folder: &Path, cancel: &Cancel) -> Result<Vec<PathBuf>, ExportError> {
+    write_formats(city, folder, &Format::ALL, &[(REPORT, report)], cancel)
 }
 
 /// The same for some formats and any other files, given as name and content.
@@ -115,14 +125,17 @@ pub fn write_formats(
     folder: &Path,
     formats: &[Format],
     others: &[(&str, &[u8])],
+    cancel: &Cancel,
 ) -> Result<Vec<PathBuf>, ExportError> {
     prepare(folder)?;
     let mut formats = formats.to_vec();
     formats.sort_unstable();
     formats.dedup();
     let mut produced = Vec::new();
+    let stop = |path: &Path| if cancel.is_cancelled() { Err(at(path)(Problem::Cancelled)) } else { Ok(()) };
     for format in formats {
         let path = folder.join(format.file_name());
+        stop(&path)?;
         let file = produce(&path, |out| format.write(city, out))?;
         produced.push((path, file));
     }
@@ -131,6 +144,7 @@ pub fn write_formats(
         let file = produce(&path, |out| Ok(out.write_all(content)?))?;
         produced.push((path, file));
     }
+    stop(folder)?;
     produced.into_iter().map(|(path, file)| put_in_place(file, &path).map(|()| path)).collect()
 }
 
@@ -188,7 +202,7 @@ mod tests {
     fn all_files_are_written_readable_and_the_same_every_time() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("deep/er");
-        let files = write_all(&small_city(), b"{}\n", &out).unwrap();
+        let files = write_all(&small_city(), b"{}\n", &out, &Cancel::default()).unwrap();
         assert_eq!(listing(&out), ["city.glb", "layout.geojson", "map.png", "map.svg", "report.json"]);
         let before: Vec<_> = files.iter().map(|path| fs::read(path).unwrap()).collect();
         #[cfg(unix)]
@@ -196,7 +210,7 @@ mod tests {
             use std::os::unix::fs::PermissionsExt;
             assert_eq!(fs::metadata(path).unwrap().permissions().mode() & 0o777, 0o644);
         }
-        write_all(&small_city(), b"{}\n", &out).unwrap();
+        write_all(&small_city(), b"{}\n", &out, &Cancel::default()).unwrap();
         assert_eq!(files.iter().map(|path| fs::read(path).unwrap()).collect::<Vec<_>>(), before);
     }
 
@@ -204,7 +218,7 @@ mod tests {
     fn a_layout_reads_back_as_it_was() {
         let city = hilly_city();
         let folder = tempfile::tempdir().unwrap();
-        write_formats(&city, folder.path(), &[Format::Layout], &[]).unwrap();
+        write_formats(&city, folder.path(), &[Format::Layout], &[], &Cancel::default()).unwrap();
         let file = read_layout(&folder.path().join("layout.geojson")).unwrap();
         let about = file.about.unwrap();
         assert_eq!((about.seed.as_deref(), about.crs.as_deref()), (Some("1625"), Some("EPSG:32618")));
@@ -252,5 +266,23 @@ mod tests {
         assert!(prepare(&file).unwrap_err().to_string().contains("file"));
         assert!(prepare(&file.join("below")).is_err());
         assert!(prepare(&folder.path().join("new")).is_ok());
+    }
+
+    #[test]
+    fn a_cancelled_export_leaves_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let cancel = Cancel::default();
+        cancel.cancel();
+        let error = write_all(&small_city(), b"{}", folder.path(), &cancel).unwrap_err();
+        assert!(matches!(error.problem, Problem::Cancelled));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_folder_in_the_way_is_found_before_anything_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("map.svg")).unwrap();
+        assert!(write_all(&small_city(), b"{}", folder.path(), &Cancel::default()).is_err());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

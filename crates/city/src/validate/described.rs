@@ -9,6 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Checks `ids` and `S`.
 pub fn check(file: &LayoutFile, until: Until, report: &mut ValidationReport) {
     check_ids(file, report);
+    if file.about.is_none() {
+        report.add("S", &[], None, "the file lacks its `plat` member (format, seed, units)".into());
+    }
     for kind in expected(until) {
         if !report.features.contains_key(*kind) {
             report.add("S", &[], None, format!("no {kind} in the file"));

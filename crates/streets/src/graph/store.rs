@@ -278,7 +278,7 @@ impl StreetGraph {
                 let (a, b) = self.line(key.forward());
                 a.distance(b)
             })
-            .sum()
+            .fold(0.0, |sum, length| sum + length)
     }
 
     /// A canonical hash of everything that is kept of the graph, independent of history and keys.
