@@ -6,6 +6,7 @@
 pub mod build;
 pub mod export;
 pub mod load;
+pub mod measure;
 pub mod model;
 pub mod progress;
 pub mod report;

@@ -1,39 +1,31 @@
 //! `plat build`.
 
 use super::bars::Bars;
-use super::{BuildArguments, Status};
+use super::{BuildArguments, Failure, Status};
 use city::progress::{Progress, Stage};
 use city::{BuildError, Built, Cancel, LoadError, Report, Settings, build, export, load};
 use std::path::PathBuf;
 
 /// Builds a city and writes it.
-pub fn run(arguments: &BuildArguments) -> Status {
+pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
     let bars = Bars::new(arguments.quiet || arguments.json);
     let outcome = build_and_write(arguments, &bars);
     bars.clear();
-    match outcome {
-        Ok((report, written)) => tell(arguments, &report, &written),
-        Err((status, message)) => {
-            eprintln!("plat: {message}");
-            status
-        }
-    }
+    outcome.map(|(report, written)| tell(arguments, &report, &written))
 }
 
-type Failure = (Status, String);
-
 fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, Vec<PathBuf>), Failure> {
-    let failed = |error: &dyn std::fmt::Display| (Status::Failed, error.to_string());
+    let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
     let cancel = stop_on_interrupt();
     let mut loaded = load(&arguments.city, arguments.rules.as_deref()).map_err(|error| match error {
-        LoadError::Missing { .. } => (Status::Usage, error.to_string()),
+        LoadError::Missing { .. } => Failure::new(Status::Usage, error.to_string()),
         other => failed(&other),
     })?;
     for line in &loaded.printed {
         eprintln!("{line}");
     }
     for assignment in &arguments.set {
-        loaded.set(assignment).map_err(|error| (Status::Usage, format!("--set {assignment}: {error}")))?;
+        loaded.set(assignment).map_err(|error| Failure::new(Status::Usage, format!("--set {assignment}: {error}")))?;
     }
     if let Some(seed) = arguments.seed {
         loaded.plan.seed = seed;
@@ -42,14 +34,14 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     let sources = loaded.read().map_err(|error| failed(&error))?;
     let settings = Settings { threads: usize::from(arguments.threads), until: arguments.until };
     let Built { city, report } = build(&sources, settings, bars, &cancel).map_err(|error| match error {
-        BuildError::Cancelled => (Status::Interrupted, error.to_string()),
+        BuildError::Cancelled => Failure::new(Status::Interrupted, error.to_string()),
         other => failed(&other),
     })?;
     bars.begin(Stage::Export, 0);
     let mut json = serde_json::to_vec_pretty(&report).map_err(|error| failed(&error))?;
     json.push(b'\n');
     let written = export::write_all(&city, &json, &arguments.out, &cancel).map_err(|error| match error.problem {
-        export::Problem::Cancelled => (Status::Interrupted, BuildError::Cancelled.to_string()),
+        export::Problem::Cancelled => Failure::new(Status::Interrupted, BuildError::Cancelled.to_string()),
         _ => failed(&error),
     })?;
     let names: Vec<_> =

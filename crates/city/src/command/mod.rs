@@ -2,10 +2,14 @@
 
 mod bars;
 mod build;
+mod failure;
+mod stats;
 mod validate;
 
 use city::Until;
+use city::measure::Window;
 use clap::{Parser, Subcommand};
+use failure::Failure;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -28,6 +32,9 @@ enum Verb {
     /// Checks a layout.geojson against the validity contract.
     #[command(after_help = STATUSES)]
     Validate(ValidateArguments),
+    /// Measures the streets and blocks of a layout, and holds the figures against those of a real place.
+    #[command(after_help = STATS_HELP)]
+    Stats(StatsArguments),
 }
 
 /// Arguments of `plat build`.
@@ -74,6 +81,36 @@ struct ValidateArguments {
     json: bool,
 }
 
+/// Arguments of `plat stats`.
+#[derive(clap::Args, Debug)]
+struct StatsArguments {
+    /// A layout.geojson.
+    layout: PathBuf,
+    /// Folder of maps in the layout's frame: masks borough, city or land; parks, density, elevation.
+    maps: Option<PathBuf>,
+    /// The place of the file of ranges to hold the figures against.
+    #[arg(long, value_name = "NAME", requires = "ranges")]
+    place: Option<String>,
+    /// A JSON file of ranges by place.
+    #[arg(long, value_name = "FILE", requires = "place")]
+    ranges: Option<PathBuf>,
+    /// The mask of MAPS_DIR to measure in, instead of the first of borough, city, land.
+    #[arg(long, value_name = "NAME", requires = "maps")]
+    mask: Option<String>,
+    /// Measures inside a rectangle only: west,south,east,north in metres.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = stats::parse_window, allow_hyphen_values = true)]
+    window: Option<Window>,
+    /// Prints one JSON object: measures by name, and the verdict as `place`.
+    #[arg(long)]
+    json: bool,
+}
+
+const STATS_HELP: &str = "A street or block counts where its middle lies in the mask and the window. A file of ranges:
+  {\"my_town\": {\"whole\": {\"order\": [0.6, 0.9], \"headings\": [151.5, 61.5]},
+               \"windows\": {\"centre\": {\"window\": [0, 0, 1000, 1000], \"x_share\": [0.4, 0.9]}}}}
+
+Exit status: 0 done; 1 a measure is outside its range or nothing could be measured; 2 bad usage; 3 input failed.";
+
 /// The promised exit statuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Status {
@@ -88,15 +125,24 @@ enum Status {
 pub fn run() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(error) => {
-            let status = if error.use_stderr() { Status::Usage } else { Status::Done };
-            let _ = error.print();
-            return ExitCode::from(status as u8);
-        }
+        Err(error) => return ExitCode::from(tell_usage(&error) as u8),
     };
-    let status = match arguments.verb {
-        Verb::Build(build) => build::run(&build),
-        Verb::Validate(validate) => validate::run(&validate),
+    let (outcome, json) = match &arguments.verb {
+        Verb::Build(build) => (build::run(build), build.json),
+        Verb::Validate(validate) => (validate::run(validate), validate.json),
+        Verb::Stats(stats) => (stats::run(stats), stats.json),
     };
-    ExitCode::from(status as u8)
+    ExitCode::from(outcome.unwrap_or_else(|failure| failure.tell(json)) as u8)
+}
+
+/// Tells what is wrong with the command line, or the help that was asked for.
+fn tell_usage(error: &clap::Error) -> Status {
+    let _ = error.print();
+    if !error.use_stderr() {
+        return Status::Done;
+    }
+    if std::env::args_os().any(|argument| argument == "--json") {
+        println!("{}", failure::as_json(Status::Usage, error.to_string().trim_start_matches("error: ")));
+    }
+    Status::Usage
 }

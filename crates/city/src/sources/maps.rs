@@ -191,7 +191,7 @@ fn sidecar_of(options: &MapOptions) -> Sidecar {
     sidecar
 }
 
-fn no_sidecar(path: &Path, sidecar: &Path) -> SourceError {
+pub(super) fn no_sidecar(path: &Path, sidecar: &Path) -> SourceError {
     let message = format!("has no sidecar {}, so its size is unknown", sidecar.display());
     let hint = "write one, e.g. {\"pixel_size_m\": 10, \"value\": {\"scale\": 1, \"offset\": 0, \"units\": \"m\"}}, \
                 or give the size where the map is named";
@@ -199,14 +199,14 @@ fn no_sidecar(path: &Path, sidecar: &Path) -> SourceError {
 }
 
 /// A decoded picture: 8 or 16 bits a pixel.
-struct Picture {
-    width: u32,
-    height: u32,
+pub(super) struct Picture {
+    pub width: u32,
+    pub height: u32,
     pixels: DynamicImage,
 }
 
 impl Picture {
-    fn open(path: &Path) -> Result<Self, SourceError> {
+    pub fn open(path: &Path) -> Result<Self, SourceError> {
         let decoder = PngDecoder::new(Cursor::new(read_bytes(path)?)).map_err(|e| undecodable(path, &e))?;
         let (width, height) = decoder.dimensions();
         if width > MAX_MAP_SIDE || height > MAX_MAP_SIDE {
@@ -233,6 +233,16 @@ impl Picture {
         };
         Raster::new(self.width as usize, self.height as usize, placement.pixel_size, Vec2::ZERO, values)
             .map_err(|e| SourceError::picture(path, e.to_string(), "correct scale and offset in the sidecar"))
+    }
+}
+
+impl Picture {
+    /// The grey steps, row by row from the north.
+    pub fn greys(&self) -> Vec<u16> {
+        match &self.pixels {
+            DynamicImage::ImageLuma16(picture) => picture.iter().copied().collect(),
+            other => other.to_luma8().iter().map(|&grey| u16::from(grey)).collect(),
+        }
     }
 }
 

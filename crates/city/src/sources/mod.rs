@@ -11,6 +11,7 @@ mod maps;
 mod osm;
 mod osm_pbf;
 mod osm_xml;
+mod pixels;
 mod projection;
 mod sidecar;
 mod suggest;
@@ -21,5 +22,7 @@ pub use import::{ImportLog, ImportOptions, RefusedStreet, into_graph, lay_street
 pub use imported::{ImportedStreet, StreetFile, class_of, class_width, file_key};
 pub use maps::{KNOWN_MAPS, MAX_MAP_SIDE, MapOptions, flat_site, load_map, load_site, map_names, map_size};
 pub use osm::{parse_osm_pbf, parse_osm_xml, read_osm};
+pub use pixels::PixelMap;
+pub(crate) use pixels::floor_of;
 pub use projection::{Frame, Projection, ProjectionError};
 pub use suggest::nearest_names;
