@@ -82,6 +82,7 @@ fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: 
     let faults = Arc::new(Faults::default());
     let context = stages::Context { sources, faults: &faults, progress, cancel };
     let mut report = Report::new(sources);
+    sources.warnings.iter().for_each(|warning| report.warn(warning.clone()));
     let network = streets::derive(&context, &mut report)?;
     let graph = network.graph;
     if graph.segment_count() == 0 {
@@ -102,7 +103,7 @@ fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: 
         site: sources.site.clone(),
         runs: ::streets::runs::runs(&graph),
         quarters: quarters.faces.iter().filter_map(quarter_area).collect(),
-        districts: Vec::new(),
+        districts: sources.site.districts.areas().into_iter().map(district_area).collect(),
         graph,
         origins: network_origins.into_names(),
         street_names: network.names,
@@ -117,6 +118,10 @@ fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: 
 fn quarter_area(face: &::streets::faces::Face) -> Option<Area> {
     let polygon = layout::blocks::polygon_of(face);
     (polygon.outer.len() >= 3).then_some(Area { id: face.id, name: None, polygon })
+}
+
+fn district_area(area: ::streets::DistrictArea) -> Area {
+    Area { id: area.id, name: Some(area.name), polygon: area.polygon }
 }
 
 /// Faults one a line, before what they led to.

@@ -2,11 +2,13 @@
 
 use crate::Site;
 use crate::sources::{
-    self, Frame, GeoJsonFrame, ImportedStreet, KNOWN_MAPS, MapOptions, SourceError, class_width, file_key, flat_site,
-    load_site, map_names, read_geojson_streets, read_osm,
+    self, DistrictMap, Frame, GeoJsonFrame, ImportedStreet, KNOWN_MAPS, MapOptions, SourceError, class_width, file_key,
+    flat_site, load_site_with, map_names, read_districts, read_geojson_streets, read_osm,
 };
 use geom::{Bounds, Point, Raster, Vec2};
-use script::{Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source, StreetImport};
+use script::{
+    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source, StreetImport,
+};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -72,6 +74,8 @@ pub struct Sources {
     pub site: Arc<Site>,
     /// Street files.
     pub imports: Vec<ImportFile>,
+    /// What is odd about files that could be read.
+    pub warnings: Vec<String>,
 }
 
 /// The streets of a file, as the plan wants them.
@@ -166,10 +170,32 @@ impl Loaded {
         }
         let hint = "give the city a `site`, or `import` streets that say where it lies";
         let site = from_maps.or(own_site);
-        let site = site.ok_or_else(|| SourceError::kind(&self.folder, "the plan names no site", hint.into()))?;
+        let mut site = site.ok_or_else(|| SourceError::kind(&self.folder, "the plan names no site", hint.into()))?;
+        let warnings = self.read_districts(&mut site)?;
         let imports =
             files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
-        Ok(Sources { name: self.name.clone(), plan: plan.clone(), site: Arc::new(site), imports })
+        Ok(Sources { name: self.name.clone(), plan: plan.clone(), site: Arc::new(site), imports, warnings })
+    }
+
+    /// Reads the districts that a file of polygons tells, and what is odd about it.
+    fn read_districts(&self, site: &mut Site) -> Result<Vec<String>, SourceError> {
+        let Some(DistrictPlan::File(name)) = &self.plan.districts else { return Ok(Vec::new()) };
+        let frame = Frame::of_site(site).map_err(|error| self.frame_error(&error))?;
+        let file = read_districts(&self.folder.join(name), frame, site.bounds)?;
+        site.districts = Arc::new(file.districts);
+        Ok(file.warnings.into_iter().map(|warning| format!("{name}: {warning}")).collect())
+    }
+
+    /// The colour map of districts, where the plan or a sidecar with a legend tells of one.
+    fn district_map(&self, folder: &Path) -> Option<DistrictMap> {
+        match &self.plan.districts {
+            Some(DistrictPlan::Map { map, legend }) => {
+                Some(DistrictMap { map: map.name.clone(), legend: legend.clone() })
+            }
+            Some(DistrictPlan::File(_)) => None,
+            None => sources::has_legend(&folder.join("districts.png"))
+                .then(|| DistrictMap { map: "districts".into(), legend: BTreeMap::new() }),
+        }
     }
 
     fn frame_error(&self, error: &sources::ProjectionError) -> SourceError {
@@ -197,7 +223,7 @@ impl Loaded {
                 options.insert(name, MapOptions { size_m: size.to_array(), scale, offset, mask: is_mask });
             }
         }
-        load_site(&folder, &names, &options)
+        load_site_with(&folder, &names, &options, self.district_map(&folder).as_ref())
     }
 }
 
@@ -222,6 +248,7 @@ fn site_of_streets(file: &sources::StreetFile) -> Site {
         crs: file.frame.map(|frame| frame.projection.crs()),
         origin: file.frame.map(|frame| frame.origin),
         maps: BTreeMap::new(),
+        districts: Arc::default(),
     }
 }
 

@@ -3,6 +3,7 @@
 use geom::{Bounds, Raster, Vec2};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use streets::Districts;
 
 /// A place with its maps. Local frame: x east, y north, metres, (0, 0) at the south-west corner.
 #[derive(Clone, Debug)]
@@ -15,6 +16,8 @@ pub struct Site {
     pub origin: Option<Vec2>,
     /// Maps by name (`elevation`, `land`, `parks`, `density`, …), values in the units of their sidecars; masks are 0 or 1.
     pub maps: BTreeMap<String, Arc<Raster>>,
+    /// Its named areas.
+    pub districts: Arc<Districts>,
 }
 
 impl Site {

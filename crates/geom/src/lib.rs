@@ -8,6 +8,7 @@
 
 pub mod angle;
 pub mod boolean;
+pub mod cells;
 pub mod id;
 pub mod mesh;
 pub mod point;
@@ -20,6 +21,7 @@ pub mod tolerance;
 pub mod triangulate;
 
 pub use angle::Angle;
+pub use cells::Cells;
 pub use glam::DVec2 as Vec2;
 pub use glam::DVec3 as Vec3;
 pub use id::Id;

@@ -21,8 +21,8 @@ pub use fault::{Fault, Faults};
 pub use host::{Embedded, Library, Source};
 pub use param::{Domain, Literal, Param, ParamError, ParamSet, Unit, Value};
 pub use plan::{
-    DensityGoal, GivenLine, GoalPlan, MapOptions, MapRef, Plan, QuarterPlan, RoleParam, SitePlan, StreetImport,
-    StreetPlan,
+    DensityGoal, DistrictPlan, GivenLine, GoalPlan, MapOptions, MapRef, NO_DISTRICT, Plan, QuarterPlan, RoleParam,
+    SitePlan, StreetImport, StreetPlan,
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{

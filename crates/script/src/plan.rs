@@ -41,6 +41,33 @@ pub struct MapOptions {
     pub units: Option<String>,
 }
 
+/// Where the districts of a site are told.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DistrictPlan {
+    /// In a colour map of the site: each district has a colour.
+    Map {
+        /// The map.
+        map: MapRef,
+        /// Colours by name; [`NO_DISTRICT`] is no district. When empty, the map's sidecar tells them.
+        legend: BTreeMap<String, [u8; 3]>,
+    },
+    /// In a GeoJSON file relative to the city's folder: polygons with a `name`.
+    File(String),
+}
+
+/// The name under which a legend lists the colour of ground that belongs to no district.
+pub const NO_DISTRICT: &str = "none";
+
+impl DistrictPlan {
+    /// The names that the script itself tells, in alphabetical order.
+    pub fn names(&self) -> Vec<&str> {
+        match self {
+            Self::Map { legend, .. } => legend.keys().map(String::as_str).filter(|name| *name != NO_DISTRICT).collect(),
+            Self::File(_) => Vec::new(),
+        }
+    }
+}
+
 /// A street drawn in the script.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenLine {
@@ -140,6 +167,8 @@ pub struct Plan {
     pub within: Option<MapRef>,
     /// Masks on which nothing grows, such as parks.
     pub barred: Vec<MapRef>,
+    /// Named areas of the site; none when nothing tells them.
+    pub districts: Option<DistrictPlan>,
     /// What chance depends on.
     pub seed: u64,
     /// Streets drawn in the script, in its order.

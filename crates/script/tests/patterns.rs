@@ -14,15 +14,29 @@ const PLACE: Vec2 = Vec2::new(5.0, 6.0);
 fn subdivided(body: &str) -> (ParcelChoice, Vec<Fault>) {
     let faults = Arc::new(Faults::default());
     let rule = rule(&format!("fn subdivide(block, p) {{ {body} }}")).unwrap_or_else(|fault| panic!("{fault}"));
-    let block = BlockContext { area: 1200.0, perimeter: 140.0, density: 900.0, place: PLACE, seed: SEED };
+    let block = BlockContext {
+        area: 1200.0,
+        perimeter: 140.0,
+        density: 900.0,
+        place: PLACE,
+        district: String::new(),
+        seed: SEED,
+    };
     (ParcelPattern::new(rule, faults.clone()).choose(block), faults.sorted())
 }
 
 fn built(body: &str) -> (BuildingChoice, Vec<Fault>) {
     let faults = Arc::new(Faults::default());
     let rule = rule(&format!("fn build(shape, p) {{ {body} }}")).unwrap_or_else(|fault| panic!("{fault}"));
-    let shape =
-        ShapeContext { area: 300.0, frontage: 20.0, density: 900.0, max_height: 50.0, place: PLACE, seed: SEED };
+    let shape = ShapeContext {
+        area: 300.0,
+        frontage: 20.0,
+        density: 900.0,
+        max_height: 50.0,
+        place: PLACE,
+        district: String::new(),
+        seed: SEED,
+    };
     (BuildingPattern::new(rule, faults.clone()).choose(shape), faults.sorted())
 }
 

@@ -47,7 +47,7 @@ fn ask_parcels(rule: &Rule, faults: &Arc<Faults>) {
     let pattern = ParcelPattern::new(rule.clone(), faults.clone());
     for area in [10.0, 1000.0, 20_000.0] {
         let (place, seed) = (geom::Vec2::ZERO, geom::Seed(area as u64));
-        pattern.choose(BlockContext { area, perimeter: 100.0, density: 5000.0, place, seed });
+        pattern.choose(BlockContext { area, perimeter: 100.0, density: 5000.0, place, district: String::new(), seed });
     }
 }
 
@@ -55,7 +55,15 @@ fn ask_buildings(rule: &Rule, faults: &Arc<Faults>) {
     let pattern = BuildingPattern::new(rule.clone(), faults.clone());
     for area in [10.0, 300.0, 5000.0] {
         let (place, seed) = (geom::Vec2::ZERO, geom::Seed(area as u64));
-        pattern.choose(ShapeContext { area, frontage: 20.0, density: 5000.0, max_height: f64::INFINITY, place, seed });
+        pattern.choose(ShapeContext {
+            area,
+            frontage: 20.0,
+            density: 5000.0,
+            max_height: f64::INFINITY,
+            place,
+            district: String::new(),
+            seed,
+        });
     }
 }
 

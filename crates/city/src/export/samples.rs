@@ -191,5 +191,11 @@ fn site(n: usize, hills: bool) -> Site {
         maps.insert("elevation".to_owned(), raster(&|at| if is_water(at) { 3.0 } else { height(at) }));
     }
     let bounds = Bounds::between(Point::default(), Point::from_metres(size));
-    Site { bounds, crs: Some("EPSG:32618".into()), origin: Some(Vec2::new(579_660.0, 4_503_410.0)), maps }
+    Site {
+        bounds,
+        crs: Some("EPSG:32618".into()),
+        origin: Some(Vec2::new(579_660.0, 4_503_410.0)),
+        maps,
+        districts: Default::default(),
+    }
 }

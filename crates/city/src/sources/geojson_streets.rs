@@ -39,7 +39,7 @@ pub fn read_geojson_streets(path: &Path, frame: GeoJsonFrame) -> Result<StreetFi
 pub fn parse_geojson_streets(path: &Path, bytes: &[u8], frame: GeoJsonFrame) -> Result<StreetFile, SourceError> {
     let collection: Value = serde_json::from_slice(bytes)
         .map_err(|e| SourceError::json(path, &e, "a street file is a GeoJSON FeatureCollection"))?;
-    let features = features_of(path, &collection)?;
+    let features = features_of(path, &collection, "export the streets as a GeoJSON FeatureCollection of LineStrings")?;
     let mut reader = Reader { path, metres: is_metres(&collection, frame), lines: vec![], left_out: BTreeMap::new() };
     for (i, feature) in features.iter().enumerate() {
         reader.feature(i + 1, feature)?;
@@ -47,9 +47,9 @@ pub fn parse_geojson_streets(path: &Path, bytes: &[u8], frame: GeoJsonFrame) -> 
     reader.finish(frame, &collection)
 }
 
-fn features_of<'a>(path: &Path, collection: &'a Value) -> Result<&'a Vec<Value>, SourceError> {
+/// The features of a collection; `hint` says what a file of its kind is.
+pub(super) fn features_of<'a>(path: &Path, collection: &'a Value, hint: &str) -> Result<&'a Vec<Value>, SourceError> {
     let kind = collection.get("type").and_then(Value::as_str);
-    let hint = "export the streets as a GeoJSON FeatureCollection of LineStrings";
     if kind != Some("FeatureCollection") {
         let found = kind.map_or("without a type".to_owned(), |kind| format!("of type {kind}"));
         return Err(SourceError::kind(path, format!("is {found}, not a FeatureCollection"), hint.to_owned()));
@@ -61,8 +61,12 @@ fn features_of<'a>(path: &Path, collection: &'a Value) -> Result<&'a Vec<Value>,
 }
 
 fn is_metres(collection: &Value, frame: GeoJsonFrame) -> bool {
-    let says_metres = collection.get("plat").and_then(|plat| plat.get("units")).and_then(Value::as_str) == Some("m");
-    frame == GeoJsonFrame::LocalMetres || says_metres
+    frame == GeoJsonFrame::LocalMetres || says_metres(collection)
+}
+
+/// Whether a file says that its coordinates are local metres.
+pub(super) fn says_metres(collection: &Value) -> bool {
+    collection.get("plat").and_then(|plat| plat.get("units")).and_then(Value::as_str) == Some("m")
 }
 
 /// A line before it is projected.
@@ -121,31 +125,13 @@ impl Reader<'_> {
             .as_array()
             .ok_or_else(|| SourceError::record(self.path, format!("feature {number}"), "has no list of positions"))?;
         let points = (positions.iter().enumerate())
-            .map(|(i, position)| self.position(number, i + 1, position))
+            .map(|(i, position)| position_of(self.path, self.metres, number, i + 1, position))
             .collect::<Result<Vec<_>, _>>()?;
         if points.len() < 2 {
             return self.leave_out("fewer than two positions".to_owned());
         }
         self.lines.push(Line { street: ImportedStreet { key, points, ..pattern.clone() }, feature: number });
         Ok(())
-    }
-
-    fn position(&self, feature: usize, ordinal: usize, position: &Value) -> Result<Vec2, SourceError> {
-        let number = |i: usize| position.get(i).and_then(Value::as_f64).filter(|value| value.is_finite());
-        let blame =
-            |what: String| SourceError::record(self.path, format!("feature {feature}, position {ordinal}"), what);
-        let (Some(x), Some(y)) = (number(0), number(1)) else {
-            return Err(blame(format!("{position} is not a pair of numbers")));
-        };
-        let on_earth = x.abs() <= 180.0 && y.abs() <= 90.0;
-        if !self.metres && !on_earth {
-            let what = format!(
-                "{x}, {y} is not longitude and latitude in degrees; coordinates in metres need \"plat\": {{\"units\": \
-                 \"m\"}} at the top of the file"
-            );
-            return Err(blame(what));
-        }
-        Ok(Vec2::new(x, y))
     }
 
     fn leave_out(&mut self, reason: String) -> Result<(), SourceError> {
@@ -176,6 +162,30 @@ impl Reader<'_> {
         sort_by_key(&mut streets);
         Ok(StreetFile { frame, bounds: bounds_of(&streets), streets, left_out })
     }
+}
+
+/// A position in metres or degrees; `feature` and `ordinal` (from 1) are blamed for what is none.
+pub(super) fn position_of(
+    path: &Path,
+    metres: bool,
+    feature: usize,
+    ordinal: usize,
+    position: &Value,
+) -> Result<Vec2, SourceError> {
+    let number = |i: usize| position.get(i).and_then(Value::as_f64).filter(|value| value.is_finite());
+    let blame = |what: String| SourceError::record(path, format!("feature {feature}, position {ordinal}"), what);
+    let (Some(x), Some(y)) = (number(0), number(1)) else {
+        return Err(blame(format!("{position} is not a pair of numbers")));
+    };
+    let on_earth = x.abs() <= 180.0 && y.abs() <= 90.0;
+    if !metres && !on_earth {
+        let what = format!(
+            "{x}, {y} is not longitude and latitude in degrees; coordinates in metres need \"plat\": {{\"units\": \
+             \"m\"}} at the top of the file"
+        );
+        return Err(blame(what));
+    }
+    Ok(Vec2::new(x, y))
 }
 
 /// Everything of a street but its line; or why it is none.

@@ -1,11 +1,12 @@
 //! Maps folders: grayscale PNG pictures with JSON sidecars, read into a [`Site`].
 
+use super::district_map::DistrictMap;
 use super::error::{SourceError, read_bytes};
 use super::sidecar::{CrsBounds, Placement, Sidecar, check_lattice};
 use super::suggest;
 use crate::Site;
 use geom::{Bounds, Point, Raster, Vec2};
-use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageError, codecs::png::PngDecoder};
+use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageError, RgbaImage, codecs::png::PngDecoder};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufReader, Cursor};
@@ -13,7 +14,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Maps that a site knows what to do with; one that is missing means flat, all land, none, constant.
-pub const KNOWN_MAPS: [&str; 7] = ["elevation", "land", "parks", "density", "zones", "max_height", "districts"];
+/// A map `districts` is known too, but a picture of colours: see [`DistrictMap`].
+pub const KNOWN_MAPS: [&str; 6] = ["elevation", "land", "parks", "density", "zones", "max_height"];
 
 /// Largest width and height of a map, in pixels.
 pub const MAX_MAP_SIDE: u32 = 16384;
@@ -38,10 +40,35 @@ pub struct MapOptions {
 /// # Errors
 /// [`SourceError`] for a missing folder or map, and for files that are no maps or do not fit together.
 pub fn load_site(folder: &Path, names: &[&str], options: &BTreeMap<String, MapOptions>) -> Result<Site, SourceError> {
+    load_site_with(folder, names, options, None)
+}
+
+/// [`load_site`] with districts from one more map of the folder, a picture of colours.
+///
+/// # Errors
+/// See [`load_site`].
+pub fn load_site_with(
+    folder: &Path,
+    names: &[&str],
+    options: &BTreeMap<String, MapOptions>,
+    districts: Option<&DistrictMap>,
+) -> Result<Site, SourceError> {
     let present = map_names(folder)?;
     let mut extents: Vec<(PathBuf, Extent)> = Vec::new();
     let mut maps = BTreeMap::new();
-    for name in wanted(names) {
+    let mut named_areas = Arc::default();
+    if let Some(wanted) = districts {
+        if !present.contains(&wanted.map) {
+            return Err(missing(folder, &wanted.map, &present));
+        }
+        let path = folder.join(format!("{}.png", wanted.map));
+        let (sidecar, blamed) = sidecar_at(&path, options.get(&wanted.map))?;
+        let (found, placement) = wanted.read(&path, &sidecar, &blamed)?;
+        named_areas = Arc::new(found);
+        extents.push((path, Extent { size: placement.size, crs: sidecar.crs, in_crs: sidecar.bounds_crs_m }));
+    }
+    let is_colour = |name: &str| districts.is_some_and(|districts| districts.map == name);
+    for name in wanted(names).into_iter().filter(|name| !is_colour(name)) {
         if !present.iter().any(|other| other == name) {
             missing_is_fine(folder, name, &present)?;
             continue;
@@ -63,6 +90,7 @@ pub fn load_site(folder: &Path, names: &[&str], options: &BTreeMap<String, MapOp
         crs: extents.iter().find_map(|(_, extent)| extent.crs.clone()),
         origin: extents.iter().find_map(|(_, extent)| extent.in_crs).map(|bounds| bounds.min()),
         maps,
+        districts: named_areas,
     })
 }
 
@@ -102,13 +130,19 @@ pub fn map_size(path: &Path) -> Option<Vec2> {
     Some(sidecar.placement(&sidecar_path, width, height).ok()?.size)
 }
 
+/// Whether a picture is there and its sidecar has a legend: then it shows districts.
+pub(crate) fn has_legend(path: &Path) -> bool {
+    let sidecar = || Sidecar::read(&path.with_extension("json")).ok()?;
+    path.is_file() && sidecar().is_some_and(|sidecar| sidecar.legend.is_some())
+}
+
 /// A site without maps: flat land of `size` metres.
 ///
 /// # Errors
 /// [`SourceError::Value`] when the size is not positive, not finite or beyond the lattice.
 pub fn flat_site(size: Vec2) -> Result<Site, SourceError> {
     check_lattice(Path::new("site"), size)?;
-    Ok(Site { bounds: rectangle(size), crs: None, origin: None, maps: BTreeMap::new() })
+    Ok(Site { bounds: rectangle(size), crs: None, origin: None, maps: BTreeMap::new(), districts: Arc::default() })
 }
 
 /// The rectangle a map covers.
@@ -140,8 +174,12 @@ fn missing_is_fine(folder: &Path, name: &str, present: &[String]) -> Result<(), 
     if KNOWN_MAPS.contains(&name) {
         return Ok(());
     }
+    Err(missing(folder, name, present))
+}
+
+fn missing(folder: &Path, name: &str, present: &[String]) -> SourceError {
     let hint = suggest::hint_for(name, present);
-    Err(SourceError::MissingMap { path: folder.to_owned(), name: name.to_owned(), hint })
+    SourceError::MissingMap { path: folder.to_owned(), name: name.to_owned(), hint }
 }
 
 fn rectangle(size: Vec2) -> Bounds {
@@ -168,17 +206,22 @@ fn check_same_extent(a_path: &Path, a: &Extent, b_path: &Path, b: &Extent) -> Re
 }
 
 fn load(path: &Path, options: Option<&MapOptions>) -> Result<(Raster, Extent), SourceError> {
-    let sidecar_path = path.with_extension("json");
-    let (sidecar, blamed) = match (Sidecar::read(&sidecar_path)?, options) {
-        (Some(sidecar), _) => (sidecar, sidecar_path.as_path()),
-        (None, Some(options)) => (sidecar_of(options), path),
-        (None, None) => return Err(no_sidecar(path, &sidecar_path)),
-    };
-    sidecar.check_value(blamed)?;
+    let (sidecar, blamed) = sidecar_at(path, options)?;
+    sidecar.check_value(&blamed)?;
     let picture = Picture::open(path)?;
-    let placement = sidecar.placement(blamed, picture.width, picture.height)?;
+    let placement = sidecar.placement(&blamed, picture.width, picture.height)?;
     let raster = picture.raster(path, &sidecar, &placement)?;
     Ok((raster, Extent { size: placement.size, crs: sidecar.crs, in_crs: sidecar.bounds_crs_m }))
+}
+
+/// What is said about a picture, and which file says it.
+fn sidecar_at(path: &Path, options: Option<&MapOptions>) -> Result<(Sidecar, PathBuf), SourceError> {
+    let sidecar_path = path.with_extension("json");
+    match (Sidecar::read(&sidecar_path)?, options) {
+        (Some(sidecar), _) => Ok((sidecar, sidecar_path)),
+        (None, Some(options)) => Ok((sidecar_of(options), path.to_owned())),
+        (None, None) => Err(no_sidecar(path, &sidecar_path)),
+    }
 }
 
 fn sidecar_of(options: &MapOptions) -> Sidecar {
@@ -205,14 +248,27 @@ pub(super) struct Picture {
     pixels: DynamicImage,
 }
 
+/// The decoder of a PNG file of bearable size.
+fn decoder(path: &Path) -> Result<PngDecoder<Cursor<Vec<u8>>>, SourceError> {
+    let decoder = PngDecoder::new(Cursor::new(read_bytes(path)?)).map_err(|e| undecodable(path, &e))?;
+    let (width, height) = decoder.dimensions();
+    if width > MAX_MAP_SIDE || height > MAX_MAP_SIDE {
+        let message = format!("{width} × {height} pixels are more than {MAX_MAP_SIDE} × {MAX_MAP_SIDE}");
+        return Err(SourceError::picture(path, message, "scale the map down, or cut it into sites"));
+    }
+    Ok(decoder)
+}
+
+/// The colours of a picture.
+pub(super) fn open_colours(path: &Path) -> Result<RgbaImage, SourceError> {
+    let decoder = decoder(path)?;
+    DynamicImage::from_decoder(decoder).map(|picture| picture.into_rgba8()).map_err(|e| undecodable(path, &e))
+}
+
 impl Picture {
     pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let decoder = PngDecoder::new(Cursor::new(read_bytes(path)?)).map_err(|e| undecodable(path, &e))?;
+        let decoder = decoder(path)?;
         let (width, height) = decoder.dimensions();
-        if width > MAX_MAP_SIDE || height > MAX_MAP_SIDE {
-            let message = format!("{width} × {height} pixels are more than {MAX_MAP_SIDE} × {MAX_MAP_SIDE}");
-            return Err(SourceError::picture(path, message, "scale the map down, or cut it into sites"));
-        }
         check_grayscale(path, decoder.color_type(), decoder.original_color_type())?;
         let pixels = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(path, &e))?;
         Ok(Self { width, height, pixels })

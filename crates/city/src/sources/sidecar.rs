@@ -3,6 +3,7 @@
 use super::error::{SourceError, read_bytes};
 use geom::{Point, Vec2};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// What a sidecar may say. Anything else in it is for people.
@@ -19,6 +20,8 @@ pub(super) struct Sidecar {
     pub crs: Option<String>,
     /// The rectangle in `crs`.
     pub bounds_crs_m: Option<CrsBounds>,
+    /// Of a map of districts: the colour of each name.
+    pub legend: Option<BTreeMap<String, String>>,
 }
 
 /// value = pixel × scale + offset.

@@ -54,6 +54,7 @@ fn raise(
         density,
         max_height: site.map("max_height").map_or(f64::INFINITY, |map| map.nearest(place)),
         place,
+        district: context.district(place),
         seed: context.seed(quarter).purpose("buildings").of(parcel.id),
     });
     let BuildingChoice::Extrude { height, setback } = choice else { return None };

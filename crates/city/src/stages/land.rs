@@ -135,6 +135,7 @@ fn choose(context: &Context, pattern: Option<&ParcelPattern>, region: &Polygon, 
         perimeter: region.perimeter(),
         density: context.density(place),
         place,
+        district: context.district(place),
         seed,
     })
 }

@@ -31,6 +31,11 @@ impl Context<'_> {
         Seed(quarter.and_then(|quarter| plan.seed_in(quarter)).unwrap_or(plan.seed))
     }
 
+    /// The name of the district at a place, empty where there is none.
+    pub fn district(&self, place: Vec2) -> String {
+        self.sources.site.districts.name_at(place).to_owned()
+    }
+
     /// People per km² at a place, 0 where no map tells.
     pub fn density(&self, place: Vec2) -> f64 {
         self.sources.site.map("density").map_or(0.0, |map| map.bilinear(place))

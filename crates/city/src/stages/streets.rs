@@ -65,6 +65,7 @@ fn fields(context: &Context) -> Fields {
         density: field("density", 1.0),
         elevation: field("elevation", 0.0),
         maps: site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect(),
+        districts: site.districts.clone(),
     }
 }
 

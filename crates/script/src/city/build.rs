@@ -14,8 +14,9 @@ use std::collections::BTreeMap;
 use streets::StreetId;
 
 /// Everything that `city(…)` knows.
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "site",
+    "districts",
     "within",
     "barred",
     "seed",
@@ -37,6 +38,7 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
         site: site(&mut options)?,
         within: options.of::<MapRef>("within", "a map, site.map(\"…\")")?,
         barred: maps(&mut options)?,
+        districts: options.of("districts", "site.districts(…) or districts_from(…)")?,
         seed: options.seed()?.unwrap_or(0),
         given: each(options.list("given")?, "given", "a list of line(…)")?,
         imports: imported(&mut options)?,

@@ -1,6 +1,7 @@
 //! City scripts: a `city.rhai` is run once and tells a [`Plan`](crate::Plan).
 
 mod build;
+mod districts;
 mod site;
 mod streets;
 
@@ -71,11 +72,12 @@ fn fault_of(error: EvalAltResult, source: &Source, around: &Surroundings, words:
 
 fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, desk: &Desk) {
     site::register(engine, sites);
+    districts::register(engine);
     streets::register(engine);
     rules(engine, around.clone());
     let plan = desk.plan.clone();
     FuncRegistration::new("city")
-        .with_params_info(["#{ site, seed, majors, minors, parcels, buildings, … }"])
+        .with_params_info(["#{ site, districts, seed, majors, minors, parcels, buildings, … }"])
         .with_comments(["/// Tells what the city is made of. Called once, at the end."])
         .register_into_engine(engine, move |options: Map| -> Result<(), Refusal> {
             let built = build::plan(options)?;

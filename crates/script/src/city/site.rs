@@ -51,7 +51,7 @@ impl SiteHandle {
         self.lock().clone()
     }
 
-    fn map(&self, name: &str) -> Result<MapRef, Complaint> {
+    pub(super) fn map(&self, name: &str) -> Result<MapRef, Complaint> {
         let name = name.strip_suffix(".png").unwrap_or(name);
         if self.info.maps.iter().any(|known| known == name) {
             return Ok(MapRef { name: name.to_owned() });

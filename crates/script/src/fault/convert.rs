@@ -213,6 +213,7 @@ pub(crate) fn plain_type(name: &str) -> String {
         "Fn" => "a function".into(),
         "rule" => "a rule".into(),
         "mapref" => "a map of the site".into(),
+        "districtplan" => "districts".into(),
         "sitehandle" => "a site".into(),
         "streetplan" => "streets(…)".into(),
         "streetimport" => "streets_from(…)".into(),

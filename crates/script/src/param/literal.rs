@@ -146,7 +146,7 @@ fn whole(value: &Dynamic) -> Option<i64> {
 }
 
 /// `#rrggbb`.
-fn colour(text: &str) -> Option<[u8; 3]> {
+pub(crate) fn colour(text: &str) -> Option<[u8; 3]> {
     let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
     let part = |i: usize| u8::from_str_radix(digits.get(i..i + 2)?, 16).ok();
     Some([part(0)?, part(2)?, part(4)?])

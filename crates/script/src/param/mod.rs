@@ -6,6 +6,7 @@ mod set;
 
 pub(crate) use declare::{Declared, register};
 pub use literal::Literal;
+pub(crate) use literal::colour;
 pub(crate) use set::Params;
 pub use set::{ParamError, ParamSet};
 

@@ -21,6 +21,8 @@ pub struct BlockContext {
     pub density: f64,
     /// A place inside it, metres: for maps and messages.
     pub place: Vec2,
+    /// The district there; empty where there is none.
+    pub district: String,
     /// Its chance.
     pub seed: Seed,
 }
@@ -73,6 +75,7 @@ pub(super) fn register(engine: &mut Engine) {
     property::<Asked, f64>(engine, "area", |a| a.block.area);
     property::<Asked, f64>(engine, "perimeter", |a| a.block.perimeter);
     property::<Asked, f64>(engine, "density", |a| a.block.density);
+    property::<Asked, String>(engine, "district", |a| a.block.district.clone());
     property::<Asked, f64>(engine, "x", |a| a.block.place.x);
     property::<Asked, f64>(engine, "y", |a| a.block.place.y);
     chance::<Asked>(engine, |a| a.block.seed);

@@ -22,6 +22,8 @@ pub struct ShapeContext {
     pub max_height: f64,
     /// A place inside it, metres: for messages.
     pub place: Vec2,
+    /// The district there; empty where there is none.
+    pub district: String,
     /// Its chance.
     pub seed: Seed,
 }
@@ -88,6 +90,7 @@ pub(super) fn register(engine: &mut Engine) {
     property::<Asked, f64>(engine, "frontage", |a| a.shape.frontage);
     property::<Asked, f64>(engine, "density", |a| a.shape.density);
     property::<Asked, f64>(engine, "max_height", |a| a.shape.max_height);
+    property::<Asked, String>(engine, "district", |a| a.shape.district.clone());
     property::<Asked, f64>(engine, "x", |a| a.shape.place.x);
     property::<Asked, f64>(engine, "y", |a| a.shape.place.y);
     chance::<Asked>(engine, |a| a.shape.seed);

@@ -11,7 +11,7 @@ use geom::{Angle, Vec2};
 use rhai::{Dynamic, Engine, FuncRegistration, Map};
 use std::sync::Arc;
 use streets::Classes;
-use streets::growth::{Field, GrowthRules, Slot, Slots, Steer, Tip};
+use streets::growth::{GrowthRules, Slot, Slots, Steer, Tip};
 
 /// A street pattern that a rule decides: what the growth kernel calls.
 pub struct StreetPattern {
@@ -117,16 +117,14 @@ fn properties(engine: &mut Engine) {
     property::<Growing, f64>(engine, "slope", |g| slope(&g.tip));
     property::<Growing, i64>(engine, "age", |g| i64::from(g.tip.age));
     property::<Growing, bool>(engine, "is_seed", |g| g.tip.is_seed);
+    property::<Growing, String>(engine, "district", |g| g.tip.district().to_owned());
     property::<Growing, String>(engine, "class", |g| g.classes.info(g.tip.class).name.clone());
     chance::<Growing>(engine, |g| g.tip.seed);
 }
 
 /// Steepness of the ground, rise over run.
 fn slope(tip: &Tip) -> f64 {
-    match &tip.fields.elevation {
-        Field::Constant(_) => 0.0,
-        Field::Map(raster) => raster.gradient(tip.place()).length(),
-    }
+    tip.fields.elevation.gradient(tip.place()).length()
 }
 
 fn questions(engine: &mut Engine) {

@@ -42,7 +42,7 @@ impl Sites for Folders {
         if request.folder == "empty" {
             return Err("there is no folder `empty`".into());
         }
-        let maps = ["borough", "density", "elevation", "land", "parks"].map(str::to_owned).to_vec();
+        let maps = ["borough", "density", "districts", "elevation", "land", "parks"].map(str::to_owned).to_vec();
         Ok(SiteInfo { maps, size: Some(geom::Vec2::new(13_000.0, 22_000.0)) })
     }
 }

@@ -1,16 +1,60 @@
 //! What a tip can know of its place: the maps of the site, sampled.
 
+use crate::districts::{Districts, PerDistrict};
 use geom::{Bounds, Raster, Vec2};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A value over the plane: a map, or one number everywhere.
+/// A value over the plane: a map, one number everywhere, or one for each district.
 #[derive(Clone, Debug)]
 pub enum Field {
     /// The same everywhere.
     Constant(f64),
     /// Read from a map, bilinearly.
     Map(Arc<Raster>),
+    /// Read from a map, and fitted.
+    Fitted(Arc<Raster>, Fit),
+    /// Another field in each district.
+    District(Arc<PerDistrict<Field>>),
+}
+
+/// How a value of a map becomes one in other units: `value × scale + offset`, held between `low` and `high`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    /// Factor.
+    pub scale: f64,
+    /// Added after it.
+    pub offset: f64,
+    /// Least result.
+    pub low: f64,
+    /// Greatest result.
+    pub high: f64,
+}
+
+impl Fit {
+    /// Leaves every value as it is.
+    pub const NONE: Self = Self { scale: 1.0, offset: 0.0, low: f64::NEG_INFINITY, high: f64::INFINITY };
+
+    /// The fitted value.
+    pub fn of(&self, value: f64) -> f64 {
+        (value * self.scale + self.offset).max(self.low).min(self.high)
+    }
+
+    /// This fit, its results then multiplied by `scale` and moved by `offset`.
+    #[must_use]
+    pub fn scaled(self, scale: f64, offset: f64) -> Self {
+        // Nothing times endless is no number: without a factor all results are the offset.
+        let end = |end: f64| if scale == 0.0 { offset } else { end * scale + offset };
+        let (a, b) = (end(self.low), end(self.high));
+        Self { scale: self.scale * scale, offset: self.offset * scale + offset, low: a.min(b), high: a.max(b) }
+    }
+
+    /// This fit, its results then held between two values.
+    #[must_use]
+    pub fn held(self, low: f64, high: f64) -> Self {
+        let hold = |end: f64| end.max(low).min(high);
+        Self { low: hold(self.low), high: hold(self.high), ..self }
+    }
 }
 
 impl Field {
@@ -19,6 +63,31 @@ impl Field {
         match self {
             Self::Constant(value) => *value,
             Self::Map(raster) => raster.bilinear(place),
+            Self::Fitted(raster, fit) => fit.of(raster.bilinear(place)),
+            Self::District(fields) => fields.at(place).at(place),
+        }
+    }
+
+    /// The least and the greatest value it has anywhere.
+    pub fn range(&self) -> (f64, f64) {
+        let over = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+        };
+        match self {
+            Self::Constant(value) => (*value, *value),
+            Self::Map(raster) => over(&mut raster.values().iter().map(|&value| f64::from(value))),
+            Self::Fitted(raster, fit) => over(&mut raster.values().iter().map(|&value| fit.of(f64::from(value)))),
+            Self::District(fields) => over(&mut fields.values().flat_map(|field| [field.range().0, field.range().1])),
+        }
+    }
+
+    /// Change per metre towards east and north; none where districts or nothing but a number tell it.
+    pub fn gradient(&self, place: Vec2) -> Vec2 {
+        match self {
+            Self::Constant(_) => Vec2::ZERO,
+            Self::Map(raster) => raster.gradient(place),
+            Self::Fitted(raster, fit) => raster.gradient(place) * fit.scale,
+            Self::District(fields) => fields.at(place).gradient(place),
         }
     }
 }
@@ -38,6 +107,8 @@ pub struct Fields {
     pub elevation: Field,
     /// Any map a script asks for, by name.
     pub maps: BTreeMap<String, Field>,
+    /// Named areas of the site.
+    pub districts: Arc<Districts>,
 }
 
 impl Fields {
@@ -50,6 +121,7 @@ impl Fields {
             density: Field::Constant(1.0),
             elevation: Field::Constant(0.0),
             maps: BTreeMap::new(),
+            districts: Arc::default(),
         }
     }
 
@@ -70,5 +142,38 @@ impl Fields {
             self.density.at(place + direction * distance) / distance
         };
         (1..=samples).map(sample).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn fits_follow_each_other(
+            steps in prop::collection::vec((-3.0..3.0f64, -50.0..50.0f64, any::<bool>()), 0..6), value in -100.0..100.0f64,
+        ) {
+            let (mut fit, mut wanted) = (Fit::NONE, value);
+            for (a, b, holds) in steps {
+                let (low, high) = (a.min(b), a.max(b));
+                fit = if holds { fit.held(low, high) } else { fit.scaled(a, b) };
+                wanted = if holds { wanted.clamp(low, high) } else { wanted * a + b };
+            }
+            prop_assert!((fit.of(value) - wanted).abs() < 1e-9 * (1.0 + wanted.abs()), "{fit:?}");
+        }
+
+        #[test]
+        fn no_value_lies_outside_the_range(
+            values in prop::collection::vec(-9.0f32..9.0, 12), x in -5.0..50.0f64, y in -5.0..50.0f64, scale in -2.0..2.0f64,
+        ) {
+            let raster = Arc::new(Raster::new(4, 3, 10.0, Vec2::ZERO, values).unwrap());
+            let fitted = Field::Fitted(raster.clone(), Fit::NONE.scaled(scale, 1.0).held(-5.0, 7.0));
+            for field in [Field::Map(raster), fitted] {
+                let ((low, high), value) = (field.range(), field.at(Vec2::new(x, y)));
+                prop_assert!(low - 1e-9 <= value && value <= high + 1e-9);
+            }
+        }
     }
 }

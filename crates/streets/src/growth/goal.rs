@@ -22,7 +22,8 @@ impl Goal {
     pub fn of(density: Field, least: f64, pace: f64) -> Self {
         let full = match &density {
             Field::Constant(value) => *value,
-            Field::Map(raster) => raster.values().iter().fold(0.0, |most, &value| f64::from(value).max(most)),
+            // At least 0.
+            map => map.range().1.max(0.0),
         };
         Self { density, least, full, pace }
     }

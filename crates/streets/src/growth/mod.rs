@@ -22,7 +22,7 @@ mod seat;
 mod settings;
 
 pub use constraints::Constraints;
-pub use fields::{Field, Fields};
+pub use fields::{Field, Fields, Fit};
 pub use goal::Goal;
 pub use kernel::grow;
 pub use lineage::Branch;

@@ -148,6 +148,11 @@ impl Tip {
         best.0
     }
 
+    /// The name of its district; empty where there is none.
+    pub fn district(&self) -> &str {
+        self.fields.districts.name_at(self.place())
+    }
+
     /// People per km² at the tip.
     pub fn density(&self) -> f64 {
         self.fields.density.at(self.place())
