@@ -42,10 +42,10 @@ pub fn grow(
 pub(super) struct Grower<'a> {
     pub graph: &'a mut StreetGraph,
     pub log: GrowthLog,
-    settings: &'a Growth,
+    pub settings: &'a Growth,
     rules: &'a dyn GrowthRules,
     judge: Judge<'a>,
-    tip: Tip,
+    pub tip: Tip,
     queue: Queue,
     cancel: &'a dyn Fn() -> bool,
     tested: u32,
@@ -215,9 +215,14 @@ impl<'a> Grower<'a> {
     }
 
     /// Asks the rule at the end of an accepted proposal.
-    fn succeed(&mut self, origin: &Origin) {
-        self.ask(origin.id, origin.at, origin.heading, origin.age, false);
+    pub fn succeed(&mut self, origin: &Origin) {
+        self.ask_at(origin);
         self.queue_successors(origin);
+    }
+
+    /// Asks the rule at a tip that is no seed.
+    pub fn ask_at(&mut self, origin: &Origin) {
+        self.ask(origin.id, origin.at, origin.heading, origin.age, false);
     }
 
     fn ask(&mut self, lineage: Id, at: Point, heading: Angle, age: u32, is_seed: bool) {
@@ -229,7 +234,7 @@ impl<'a> Grower<'a> {
     }
 
     /// Queues what the rule has proposed at a tip.
-    fn queue_successors(&mut self, origin: &Origin) {
+    pub fn queue_successors(&mut self, origin: &Origin) {
         let (slots, steered) = (self.tip.slots, self.tip.steered());
         let constraints = &self.settings.constraints;
         let aim = Aim { steer: slots.steer, longest: constraints.longest, least: constraints.least_length };

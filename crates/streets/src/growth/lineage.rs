@@ -137,7 +137,7 @@ pub(super) struct Aim {
 
 impl Aim {
     /// The end in metres, or `None` for numbers that give none.
-    fn target(&self, from: Vec2, heading: Angle, length: f64) -> Option<Vec2> {
+    pub fn target(&self, from: Vec2, heading: Angle, length: f64) -> Option<Vec2> {
         if !(length > 0.0 && length.is_finite() && heading.to_radians().is_finite()) {
             return None;
         }

@@ -8,6 +8,7 @@ pub mod fields;
 pub mod tip;
 
 mod constraints;
+mod given;
 mod goal;
 mod ground;
 mod kernel;
@@ -23,6 +24,7 @@ mod settings;
 
 pub use constraints::Constraints;
 pub use fields::{Field, Fields, Fit};
+pub use given::grow_from_streets;
 pub use goal::Goal;
 pub use kernel::grow;
 pub use lineage::Branch;

@@ -55,6 +55,7 @@ fn fill(grower: &mut Grower, settings: &QuarterSettings, fields: &Fields, enclos
     let is_free = |graph: &StreetGraph, p: Point, distance: i32| {
         graph.nearest_segment(p, distance, 0).is_none() && !enclosed.has(p)
     };
+    grower.take_up_all(root, &|p| !enclosed.has(p));
     let mut ordinal = 0;
     for at in candidates(fields.bounds, settings.reseed) {
         if grower.log.stopped.is_some() {

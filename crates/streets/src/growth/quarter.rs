@@ -191,6 +191,7 @@ impl QuarterRim {
                 grower.run();
             }
         };
+        grower.take_up_all(root, &|p| self.polygon.locate(p) == Location::Inside);
         plant(grower, self.polygon.pole(POLE_PRECISION), clearance);
         for candidate in candidates(bounds, settings.reseed) {
             if grower.log.stopped.is_some() {

@@ -36,6 +36,8 @@ pub struct Growth {
     pub seed: Seed,
     /// What the lineage of seeds without one of their own hangs on: hash(layer, stage).
     pub root: Id,
+    /// Whether streets of this class that are there already go on at their free ends and sprout along their lines.
+    pub sprouts: bool,
     /// Whether refused proposals are kept in the log, not only counted.
     pub records_refusals: bool,
 }
@@ -51,6 +53,7 @@ impl Growth {
             limits: Limits::default(),
             seed,
             root,
+            sprouts: true,
             records_refusals: false,
         }
     }

@@ -2,6 +2,7 @@
 
 mod adjusting;
 mod derivation;
+mod given;
 mod quarters;
 mod rewriter;
 mod support;
