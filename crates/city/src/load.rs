@@ -206,7 +206,7 @@ impl Loaded {
         let plan = &self.plan;
         let folder = self.folder.join(folder);
         let named = plan.within.iter().chain(&plan.barred).map(|map| map.name.clone());
-        let in_goals = [&plan.majors, &plan.minors].into_iter().flatten();
+        let in_goals = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
         let goals = in_goals.filter_map(|streets| Some(streets.goal().ok()??.map.name));
         let names: Vec<String> = named.chain(goals).chain(plan.site.maps.keys().cloned()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();

@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub enum Stage {
     /// Given and imported streets enter the graph.
     Import,
-    /// Highways and majors grow.
+    /// Highways grow.
+    Highways,
+    /// Majors grow.
     Majors,
     /// Quarters are filled with minors.
     Minors,
@@ -25,6 +27,7 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Self::Import => "import",
+            Self::Highways => "highways",
             Self::Majors => "majors",
             Self::Minors => "minors",
             Self::Parcels => "parcels",

@@ -131,6 +131,16 @@ pub struct StreetPlan {
     pub constraints: Option<Rule>,
     /// Full right-of-way in metres; that of the class when none.
     pub width: Option<f64>,
+    /// Where growth starts, in metres; the kernel's own choice when empty.
+    pub seeds: Vec<Vec2>,
+    /// Further seeds are planted farther than this from every street, in metres; the stage's own distance when none.
+    pub reseed: Option<f64>,
+    /// Whether given streets of the class go on at their free ends, and streets sprout along them.
+    pub sprout: bool,
+    /// Whether curved streets are smoothed; highways only when none.
+    pub smooth: Option<bool>,
+    /// Dead ends shorter than this many metres are removed after growth.
+    pub least_dead_end: f64,
 }
 
 impl StreetPlan {
@@ -175,6 +185,8 @@ pub struct Plan {
     pub given: Vec<GivenLine>,
     /// Streets from files, in the script's order.
     pub imports: Vec<StreetImport>,
+    /// How highways grow; none grow without.
+    pub highways: Option<StreetPlan>,
     /// How majors grow; none grow without.
     pub majors: Option<StreetPlan>,
     /// How minors grow; none grow without.
@@ -207,6 +219,7 @@ impl Plan {
     pub fn roles(&self) -> Vec<(&'static str, &Rule)> {
         let mut found = Vec::new();
         for (plan, [goals, pattern, constraints]) in [
+            (&self.highways, ["highways.goals", "highways.pattern", "highways.constraints"]),
             (&self.majors, ["majors.goals", "majors.pattern", "majors.constraints"]),
             (&self.minors, ["minors.goals", "minors.pattern", "minors.constraints"]),
         ] {
@@ -309,10 +322,9 @@ impl Plan {
         let rule = match part {
             "parcels" => self.parcels.as_mut(),
             "buildings" => self.buildings.as_mut(),
-            streets => {
-                let plan = if streets == "majors" { self.majors.as_mut() } else { self.minors.as_mut() };
-                plan.and_then(|plan| plan.rule_mut(slot))
-            }
+            "highways" => self.highways.as_mut().and_then(|plan| plan.rule_mut(slot)),
+            "majors" => self.majors.as_mut().and_then(|plan| plan.rule_mut(slot)),
+            _ => self.minors.as_mut().and_then(|plan| plan.rule_mut(slot)),
         };
         rule.expect("`address` gives roles of this plan only")
     }

@@ -1,4 +1,7 @@
-//! Streets: given and imported ones, then majors, then minors quarter by quarter, then what was removed by hand.
+//! Streets: given and imported ones, then highways, then majors, then minors quarter by quarter, then what was removed
+//! by hand.
+
+mod seeds;
 
 use super::{Context, Origins};
 use crate::report::Report;
@@ -13,17 +16,31 @@ use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
 use streets::graph::{Crowding, NewSegment};
 use streets::growth::{
-    Constraints, Field, Fields, Goal, Growth, QuarterGrowth, QuarterSettings, SeedPoint, attach, grow, grow_outside,
-    grow_quarter,
+    Constraints, Field, Fields, Goal, Growth, QuarterGrowth, QuarterSettings, SeedPoint, Smoothing, attach, grow,
+    grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
 };
+use streets::runs::Run;
 use streets::{Claim, Class, Classes, NodeId, StreetGraph, StreetId};
 
-/// Right-of-way in metres of grown streets when the plan says nothing: four lanes with sidewalks; two with parking.
-const MAJOR_WIDTH: f64 = 26.0;
-const MINOR_WIDTH: f64 = 16.0;
+/// What a class of streets is when the plan says nothing.
+struct ClassDefaults {
+    stage: Stage,
+    /// Full right-of-way in metres: six lanes with a median; four lanes with sidewalks; two with parking.
+    width: f64,
+    /// Further seeds are planted farther than this from every street, in metres, so that islands get theirs.
+    reseed: f64,
+}
 
-/// Majors are seeded anew farther than this many metres from every street, so that islands get theirs.
-const MAJOR_RESEED: f64 = 900.0;
+fn defaults(class: Class) -> ClassDefaults {
+    match class {
+        Classes::HIGHWAY => ClassDefaults { stage: Stage::Highways, width: 36.0, reseed: 3000.0 },
+        Classes::MAJOR => ClassDefaults { stage: Stage::Majors, width: 26.0, reseed: 900.0 },
+        _ => ClassDefaults { stage: Stage::Minors, width: 16.0, reseed: 120.0 },
+    }
+}
+
+/// Metres between the places at which a smoothed street is held against the maps.
+const SMOOTH_STEP: f64 = 5.0;
 
 /// The finished street network.
 pub(crate) struct Network {
@@ -39,11 +56,15 @@ pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, 
     import(context, &mut network, report)?;
     let fields = Arc::new(fields(context));
     let plan = &context.sources.plan;
-    if let Some(majors) = &plan.majors {
-        grow_majors(context, &mut network, majors, &fields, report)?;
+    let given = network.graph.streets();
+    for (class, plan) in [(Classes::HIGHWAY, &plan.highways), (Classes::MAJOR, &plan.majors)] {
+        let Some(plan) = plan else { continue };
+        grow_arterials(context, &mut network, (class, plan), &fields, report)?;
+        finish(&mut network.graph, class, plan, &fields, &given);
     }
     if let Some(minors) = &plan.minors {
         grow_minors(context, &mut network, minors, &fields, report)?;
+        finish(&mut network.graph, Classes::MINOR, minors, &fields, &given);
     }
     for &street in &plan.removed {
         if !network.graph.remove_street(street) {
@@ -96,11 +117,16 @@ fn import(context: &Context, network: &mut Network, report: &mut Report) -> Resu
     Ok(())
 }
 
+/// Full right-of-way in metres of a street drawn in the script that says nothing.
+fn given_width(class: Class) -> f64 {
+    defaults(class.max(Classes::MAJOR)).width
+}
+
 /// Lays a street drawn in the script, point by point.
 fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &mut Report) {
     let id = Id::root("given street", &[ordinal as u128]);
     let street = StreetId(id);
-    let width = line.width.unwrap_or(if line.class <= Classes::MAJOR { MAJOR_WIDTH } else { MINOR_WIDTH });
+    let width = line.width.unwrap_or(given_width(line.class));
     let origin = network.origins.of("given");
     let claim = Claim { street, class: line.class, half_width: units(width / 2.0), origin, forward: true };
     for (i, pair) in line.points.windows(2).enumerate() {
@@ -124,9 +150,10 @@ fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &m
 /// How streets of a plan grow, with its parameters as they are.
 fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> Result<Growth, BuildError> {
     let is_major = class <= Classes::MAJOR;
-    let width = plan.width.unwrap_or(if is_major { MAJOR_WIDTH } else { MINOR_WIDTH });
-    let root = Id::root(if is_major { "majors" } else { "minors" }, &[]);
+    let width = plan.width.unwrap_or(defaults(class).width);
+    let root = Id::root(defaults(class).stage.name(), &[]);
     let mut growth = Growth::new(class, units(width / 2.0), seed, root);
+    growth.sprouts = plan.sprout;
     growth.constraints = match plan.constraints()? {
         Some(constraints) => constraints,
         None if is_major => Constraints::majors(),
@@ -153,59 +180,59 @@ fn pattern(context: &Context, network: &mut Network, rule: Rule) -> StreetPatter
     StreetPattern::new(rule, origin, Arc::new(network.graph.classes().clone()), context.faults.clone())
 }
 
-/// Majors: one derivation after another in the city's graph, from the density peak, then from wherever land that wants
-/// streets lies far from all of them.
-fn grow_majors(
+/// Highways or majors: one derivation after another in the city's graph. First the given streets of the class go on,
+/// then growth starts from the seeds, as long as they lie far from all streets.
+fn grow_arterials(
     context: &Context,
     network: &mut Network,
-    plan: &StreetPlan,
+    (class, plan): (Class, &StreetPlan),
     fields: &Arc<Fields>,
     report: &mut Report,
 ) -> Result<(), BuildError> {
-    context.progress.begin(Stage::Majors, 0);
-    let seed = Seed(context.sources.plan.seed).purpose("majors");
-    let growth = growth_of(context, plan, Classes::MAJOR, seed)?;
+    let ClassDefaults { stage, reseed, .. } = defaults(class);
+    context.progress.begin(stage, 0);
+    let seed = Seed(context.sources.plan.seed).purpose(stage.name());
+    let growth = growth_of(context, plan, class, seed)?;
     let rules = pattern(context, network, plan.pattern.clone());
     let cancel = || context.cancel.is_cancelled();
+    let log = grow_from_streets(&mut network.graph, &growth, &rules, fields, &cancel);
+    report.grown(stage.name(), &log);
+    let reseed = plan.reseed.unwrap_or(reseed);
     let mut ordinal = 0;
-    for place in major_seeds(context, fields, &growth.goal) {
+    for place in seeds::of(context, class, plan, fields, &growth.goal, reseed) {
         context.check()?;
-        if network.graph.nearest_segment(place, units(MAJOR_RESEED), 0).is_some() {
+        if network.graph.nearest_segment(place, units(reseed), 0).is_some() {
             continue;
         }
         let point = SeedPoint { at: place, heading: Angle::ZERO, root: growth.root.child(ordinal) };
         let log = grow(&mut network.graph, &growth, &rules, fields, &[point], &cancel);
         ordinal += u64::from(!log.accepted.is_empty());
-        report.grown("majors", &log);
+        report.grown(stage.name(), &log);
     }
     context.check()?;
     let outcome =
         format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
-    context.progress.end(Stage::Majors, &outcome);
+    context.progress.end(stage, &outcome);
     Ok(())
 }
 
-/// Places to start majors at: the densest place first, then an even spread over the site; all legal and wanted.
-fn major_seeds(context: &Context, fields: &Fields, goal: &Goal) -> Vec<Point> {
-    let size = context.sources.site.bounds.size();
-    let step = (MAJOR_RESEED / 3.0).min(size.max_element() / 8.0).max(1.0);
-    let (columns, rows) = ((size.x / step).ceil() as i64, (size.y / step).ceil() as i64);
-    let mut places = Vec::new();
-    for row in 0..rows {
-        for column in 0..columns {
-            let place = Vec2::new((column as f64 + 0.5) * step, (row as f64 + 0.5) * step);
-            if fields.is_legal(place) && goal.is_met(place) {
-                places.push((goal.density.at(place), Point::from_metres(place)));
-            }
-        }
+/// What is done to the streets of a class once all have grown. `given` streets stay as drawn.
+fn finish(graph: &mut StreetGraph, class: Class, plan: &StreetPlan, fields: &Fields, given: &[StreetId]) {
+    let is_given = |graph: &StreetGraph, run: &Run| {
+        let claims = run.nodes.windows(2).filter_map(|pair| graph.segment_between(pair[0], pair[1], run.level));
+        let mut streets = claims.flat_map(|key| graph.segment(key).claims()).map(|claim| claim.street);
+        streets.any(|street| given.binary_search(&street).is_ok())
+    };
+    if plan.least_dead_end > 0.0 {
+        prune_dead_ends(graph, class, plan.least_dead_end, &is_given);
     }
-    // Densest first; equal ones from the middle of the site outwards, then by place.
-    let middle = Point::from_metres(size / 2.0);
-    places.sort_by(|(a, p), (b, q)| {
-        let from_middle = |at: &Point| at.distance_squared(middle);
-        b.total_cmp(a).then_with(|| from_middle(p).cmp(&from_middle(q))).then_with(|| p.cmp(q))
-    });
-    places.into_iter().map(|(_, place)| place).collect()
+    if plan.smooth.unwrap_or(class == Classes::HIGHWAY) {
+        let is_fit = |from: Vec2, to: Vec2| {
+            let steps = ((to - from).length() / SMOOTH_STEP).ceil().max(1.0) as u32;
+            (0..=steps).all(|i| fields.is_legal(from.lerp(to, f64::from(i) / f64::from(steps))))
+        };
+        smooth(graph, class, &Smoothing::default(), &|graph, run| !is_given(graph, run), &is_fit);
+    }
 }
 
 /// Minors: every quarter by itself, many at once; then what lies outside all quarters; attached in the order of ids.
@@ -271,6 +298,8 @@ impl Quarter {
         let seed = Seed(seed).purpose("minors");
         let seed = id.map_or(seed, |id| seed.of(id));
         let growth = growth_of(context, &own, Classes::MINOR, seed)?;
-        Ok(Self { settings: QuarterSettings::new(growth), rules: pattern(context, network, own.pattern) })
+        let reseed = plan.reseed.unwrap_or(defaults(Classes::MINOR).reseed);
+        let settings = QuarterSettings { reseed, ..QuarterSettings::new(growth) };
+        Ok(Self { settings, rules: pattern(context, network, own.pattern) })
     }
 }

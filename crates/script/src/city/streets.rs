@@ -35,7 +35,7 @@ pub(super) fn register(engine: &mut Engine) {
         .with_params_info(["file"])
         .register_into_engine(engine, |file: &str| Ok::<_, Refusal>(import(file, Map::new())?));
     FuncRegistration::new("streets")
-        .with_params_info(["#{ pattern, goals, constraints, width }"])
+        .with_params_info(["#{ pattern, goals, constraints, width, seeds, reseed, sprout, smooth, least_dead_end }"])
         .with_comments(["/// How streets of one class grow."])
         .register_into_engine(engine, |options: Map| Ok::<_, Refusal>(streets(options)?));
     FuncRegistration::new("density")
@@ -108,8 +108,17 @@ fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
     })
 }
 
+/// Everything that `streets(…)` knows.
+const STREETS: [&str; 9] =
+    ["pattern", "goals", "constraints", "width", "seeds", "reseed", "sprout", "smooth", "least_dead_end"];
+
+/// How far from every street further seeds may be asked for, metres.
+const RESEED: (f64, f64) = (10.0, 100_000.0);
+/// Longest dead end that may be asked to go, metres.
+const LONGEST_DEAD_END: f64 = 100_000.0;
+
 fn streets(options: Map) -> Result<StreetPlan, Complaint> {
-    let mut options = Options::new("streets", options, &["pattern", "goals", "constraints", "width"])?;
+    let mut options = Options::new("streets", options, &STREETS)?;
     let pattern = options.need("pattern")?;
     let plan = StreetPlan {
         pattern: rule_of(pattern, "pattern", RuleKind::Streets)?,
@@ -119,6 +128,16 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
             .map(|value| rule_of(value, "constraints", RuleKind::Constraints))
             .transpose()?,
         width: width(&mut options)?,
+        seeds: options
+            .list("seeds")?
+            .into_iter()
+            .map(on_lattice)
+            .collect::<Result<_, _>>()
+            .map_err(|c| c.key("seeds"))?,
+        reseed: options.within("reseed", RESEED.0, RESEED.1, " m")?,
+        sprout: options.of("sprout", "true or false")?.unwrap_or(true),
+        smooth: options.of("smooth", "true or false")?,
+        least_dead_end: options.within("least_dead_end", 0.0, LONGEST_DEAD_END, " m")?.unwrap_or(0.0),
     };
     // What is told once is asked for here already: its faults are the script's.
     plan.goal().and_then(|_| plan.constraints()).map_err(from_rule)?;

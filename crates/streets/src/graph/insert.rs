@@ -105,10 +105,11 @@ impl Work {
 impl StreetGraph {
     /// Inserts a line so that the graph stays planar and separated, or refuses and changes nothing.
     pub fn insert(&mut self, new: &NewSegment, crowding: Crowding) -> Result<Insertion, Refusal> {
+        let savepoint = self.log.len();
         let result = self.try_insert(new, crowding);
         match result {
             Ok(_) => self.commit(),
-            Err(_) => self.rollback(0),
+            Err(_) => self.rollback(savepoint),
         }
         result
     }

@@ -132,6 +132,8 @@ pub struct StreetGraph {
     pub(crate) node_ids: FxHashMap<NodeId, NodeKey>,
     pub(crate) street_segments: FxHashMap<StreetId, SmallVec<[SegmentKey; 4]>>,
     pub(crate) log: Vec<Undo>,
+    /// Attempts that the present operation is part of.
+    pub(crate) attempts: u32,
 }
 
 impl StreetGraph {
@@ -147,6 +149,7 @@ impl StreetGraph {
             node_ids: FxHashMap::default(),
             street_segments: FxHashMap::default(),
             log: Vec::new(),
+            attempts: 0,
         }
     }
 
@@ -168,6 +171,11 @@ impl StreetGraph {
     /// One more than the largest [`HalfKey::index`].
     pub fn half_capacity(&self) -> usize {
         self.segments.len() * 2
+    }
+
+    /// Whether a node is still there. A key that was reused counts as live: no removal makes nodes.
+    pub fn is_live(&self, key: NodeKey) -> bool {
+        self.nodes.get(key.0 as usize).is_some_and(Option::is_some)
     }
 
     /// The node of a live key. Panics for a dead one.

@@ -17,9 +17,24 @@ pub(crate) enum Undo {
 }
 
 impl StreetGraph {
-    /// Keeps everything done since the operation began.
+    /// Several operations as one: when `work` gives nothing, the graph is as it was before.
+    pub fn attempt<R>(&mut self, work: impl FnOnce(&mut Self) -> Option<R>) -> Option<R> {
+        let savepoint = self.log.len();
+        self.attempts += 1;
+        let result = work(self);
+        self.attempts -= 1;
+        if result.is_none() {
+            self.rollback(savepoint);
+        }
+        self.commit();
+        result
+    }
+
+    /// Keeps everything done since the operation began, unless it is part of an attempt that may still fail.
     pub(crate) fn commit(&mut self) {
-        self.log.clear();
+        if self.attempts == 0 {
+            self.log.clear();
+        }
     }
 
     /// Takes back everything done since the log had this length.

@@ -17,10 +17,12 @@ mod log;
 mod merge;
 mod near;
 mod outside;
+mod prune;
 mod quarter;
 mod queue;
 mod seat;
 mod settings;
+mod smooth;
 
 pub use constraints::Constraints;
 pub use fields::{Field, Fields, Fit};
@@ -31,8 +33,10 @@ pub use lineage::Branch;
 pub use log::{Accepted, GrowthLog, Lineage, Outcome, Refusals, Refused, RefusedProposal, Stopped};
 pub use merge::{Dropped, MergeLog, attach};
 pub use outside::grow_outside;
+pub use prune::prune_dead_ends;
 pub use quarter::{Attachment, QuarterGrowth, QuarterSettings, grow_quarter};
 pub use settings::{Growth, Limits, SeedPoint};
+pub use smooth::{Smoothed, Smoothing, smooth};
 pub use tip::{GrowthRules, Slot, Slots, Steer, Tip};
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 mod adjusting;
 mod derivation;
 mod given;
+mod pruning;
 mod quarters;
 mod rewriter;
+mod smoothing;
 mod support;

@@ -1,7 +1,7 @@
 //! Rules, graphs and checks for the tests of growth.
 
 use crate::faces::{Face, FaceKind, Faces};
-use crate::graph::{Claim, Crowding, NewSegment};
+use crate::graph::{Claim, Crowding, NewSegment, Refusal};
 use crate::growth::{Fields, Growth, GrowthRules, Slot, Steer, Tip};
 use crate::{Class, Classes, NodeId, StreetGraph, StreetId};
 use geom::polygon::Location;
@@ -66,12 +66,23 @@ pub fn never() -> bool {
 
 /// Inserts a street of one straight line.
 pub fn street(graph: &mut StreetGraph, class: Class, name: u128, from: Point, to: Point) -> StreetId {
+    try_street(graph, class, name, from, to).expect("room")
+}
+
+/// The same, where there is room.
+pub fn try_street(
+    graph: &mut StreetGraph,
+    class: Class,
+    name: u128,
+    from: Point,
+    to: Point,
+) -> Result<StreetId, Refusal> {
     let street = StreetId(Id(name));
     let claim = Claim { street, class, half_width: 2 * 1024, origin: 0, forward: true };
     let id = |p: Point| NodeId(Id::root("node", &[p.x as u128, p.y as u128]));
     let new = NewSegment { from, to, from_id: id(from), to_id: id(to), claim, level: 0 };
-    graph.insert(&new, Crowding::Refuse).expect("room");
-    street
+    graph.insert(&new, Crowding::Refuse)?;
+    Ok(street)
 }
 
 /// The quarter around a place.
