@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use streets::StreetId;
 
 /// Everything that `city(…)` knows.
-const KEYS: [&str; 13] = [
+const KEYS: &[&str] = &[
     "site",
     "districts",
     "within",
@@ -33,7 +33,7 @@ const KEYS: [&str; 13] = [
 
 /// The plan of a city script.
 pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
-    let mut options = Options::new("city", map, &KEYS)?;
+    let mut options = Options::new("city", map, KEYS)?;
     let rule = |value: Dynamic, key: &str, kind| rule_of(value, key, kind);
     let mut plan = Plan {
         site: site(&mut options)?,

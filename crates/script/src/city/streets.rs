@@ -109,8 +109,8 @@ fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
 }
 
 /// Everything that `streets(…)` knows.
-const STREETS: [&str; 9] =
-    ["pattern", "goals", "constraints", "width", "seeds", "reseed", "sprout", "smooth", "least_dead_end"];
+const STREETS: &[&str] =
+    &["pattern", "goals", "constraints", "width", "seeds", "reseed", "sprout", "smooth", "least_dead_end"];
 
 /// How far from every street further seeds may be asked for, metres.
 const RESEED: (f64, f64) = (10.0, 100_000.0);
@@ -118,7 +118,7 @@ const RESEED: (f64, f64) = (10.0, 100_000.0);
 const LONGEST_DEAD_END: f64 = 100_000.0;
 
 fn streets(options: Map) -> Result<StreetPlan, Complaint> {
-    let mut options = Options::new("streets", options, &STREETS)?;
+    let mut options = Options::new("streets", options, STREETS)?;
     let pattern = options.need("pattern")?;
     let plan = StreetPlan {
         pattern: rule_of(pattern, "pattern", RuleKind::Streets)?,
