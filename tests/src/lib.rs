@@ -14,7 +14,8 @@ pub fn build_with(folder: &Path, threads: usize, until: Until, change: impl FnOn
     let mut loaded = load(folder, None).unwrap_or_else(|error: LoadError| panic!("{error}"));
     change(&mut loaded.plan);
     let sources = loaded.read().unwrap_or_else(|error| panic!("{error}"));
-    build(&sources, Settings { threads, until }, &Silent, &Cancel::default()).unwrap_or_else(|error| panic!("{error}"))
+    build(&sources, Settings { threads, until, ..Settings::default() }, &Silent, &Cancel::default())
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The layout of a city as it is written, feature by feature: kind and id, then the line.

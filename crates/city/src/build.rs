@@ -2,7 +2,7 @@
 
 use crate::progress::{Cancel, Progress};
 use crate::stages::{self, land, streets};
-use crate::{Area, City, Report, Sources};
+use crate::{Area, City, Report, Sources, Trace};
 use ::streets::faces::{FaceKind, Faces};
 use script::Faults;
 use std::sync::Arc;
@@ -26,6 +26,8 @@ pub struct Settings {
     pub threads: usize,
     /// The stage to stop after.
     pub until: Until,
+    /// Whether to keep what growth did, with what it refused: [`Built::trace`].
+    pub traces: bool,
 }
 
 /// Why there is no city.
@@ -65,6 +67,8 @@ pub struct Built {
     pub city: Arc<City>,
     /// Counts, logs and faults.
     pub report: Report,
+    /// What growth did, where the settings ask for it.
+    pub trace: Option<Trace>,
 }
 
 /// Builds a city. Reads no file and no clock.
@@ -75,12 +79,18 @@ pub fn build(
     cancel: &Cancel,
 ) -> Result<Built, BuildError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?;
-    pool.install(|| run_stages(sources, settings.until, progress, cancel))
+    pool.install(|| run_stages(sources, settings, progress, cancel))
 }
 
-fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: &Cancel) -> Result<Built, BuildError> {
+fn run_stages(
+    sources: &Sources,
+    settings: Settings,
+    progress: &dyn Progress,
+    cancel: &Cancel,
+) -> Result<Built, BuildError> {
     let faults = Arc::new(Faults::default());
-    let context = stages::Context { sources, faults: &faults, progress, cancel };
+    let until = settings.until;
+    let context = stages::Context { sources, faults: &faults, progress, cancel, traces: settings.traces };
     let mut report = Report::new(sources);
     sources.warnings.iter().for_each(|warning| report.warn(warning.clone()));
     let network = streets::derive(&context, &mut report)?;
@@ -112,7 +122,7 @@ fn run_stages(sources: &Sources, until: Until, progress: &dyn Progress, cancel: 
         buildings,
     };
     report.finish(&city, &faults, land.trimmed, land.open);
-    Ok(Built { city: Arc::new(city), report })
+    Ok(Built { city: Arc::new(city), report, trace: network.trace })
 }
 
 fn quarter_area(face: &::streets::faces::Face) -> Option<Area> {

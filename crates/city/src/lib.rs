@@ -13,6 +13,7 @@ pub mod report;
 pub mod site;
 pub mod sources;
 mod stages;
+pub mod trace;
 pub mod validate;
 
 pub use build::{BuildError, Built, Settings, Until, build};
@@ -21,3 +22,4 @@ pub use model::{Area, City};
 pub use progress::{Cancel, Progress, Silent, Stage};
 pub use report::Report;
 pub use site::Site;
+pub use trace::Trace;

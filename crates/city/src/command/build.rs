@@ -2,8 +2,10 @@
 
 use super::bars::Bars;
 use super::{BuildArguments, Failure, Status};
+use city::export::{ColourBy, MapOptions};
 use city::progress::{Progress, Stage};
-use city::{BuildError, Built, Cancel, LoadError, Report, Settings, build, export, load};
+use city::{BuildError, Built, Cancel, City, LoadError, Report, Settings, Sources, Trace, build, export, load};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// Builds a city and writes it.
@@ -32,22 +34,76 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     }
     export::prepare(&arguments.out).map_err(|error| failed(&error))?;
     let sources = loaded.read().map_err(|error| failed(&error))?;
-    let settings = Settings { threads: usize::from(arguments.threads), until: arguments.until };
-    let Built { city, report } = build(&sources, settings, bars, &cancel).map_err(|error| match error {
+    check_colours(arguments, &sources)?;
+    let settings = Settings {
+        threads: usize::from(arguments.threads),
+        until: arguments.until,
+        traces: !arguments.steps.is_empty(),
+    };
+    let Built { city, report, trace } = build(&sources, settings, bars, &cancel).map_err(|error| match error {
         BuildError::Cancelled => Failure::new(Status::Interrupted, error.to_string()),
         other => failed(&other),
     })?;
     bars.begin(Stage::Export, 0);
     let mut json = serde_json::to_vec_pretty(&report).map_err(|error| failed(&error))?;
     json.push(b'\n');
-    let written = export::write_all(&city, &json, &arguments.out, &cancel).map_err(|error| match error.problem {
-        export::Problem::Cancelled => Failure::new(Status::Interrupted, BuildError::Cancelled.to_string()),
-        _ => failed(&error),
-    })?;
+    if arguments.colour_by == Some(ColourBy::District) && city.districts.is_empty() && !arguments.quiet {
+        eprintln!("   warning  the city has no districts to colour by: all streets are grey");
+    }
+    let map = MapOptions { colour_by: arguments.colour_by, ..MapOptions::default() };
+    let steps =
+        trace.map_or(Ok(Vec::new()), |trace| steps(arguments, &city, &trace, &map)).map_err(|error| failed(&error))?;
+    let others: Vec<(&str, &[u8])> = std::iter::once((export::REPORT, &json[..]))
+        .chain(steps.iter().map(|(name, content)| (&name[..], &content[..])))
+        .collect();
+    let written =
+        export::write_drawn(&city, &map, &arguments.out, &export::Format::ALL, &others, &cancel).map_err(|error| {
+            match error.problem {
+                export::Problem::Cancelled => Failure::new(Status::Interrupted, BuildError::Cancelled.to_string()),
+                _ => failed(&error),
+            }
+        })?;
     let names: Vec<_> =
         written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
     Ok((report, written))
+}
+
+/// Refuses colours by a map that the site does not have, before anything is built.
+fn check_colours(arguments: &BuildArguments, sources: &Sources) -> Result<(), Failure> {
+    let Some(name) = arguments.colour_by.and_then(ColourBy::map) else { return Ok(()) };
+    if sources.site.map(name).is_some() {
+        return Ok(());
+    }
+    let message = format!(
+        "--colour-by: the site has no map `{name}` to colour by\n  hint: add {name}.png with {name}.json to its maps, or \
+         colour by rule, class or district"
+    );
+    Err(Failure::new(Status::Usage, message))
+}
+
+/// The maps after the steps asked for.
+fn steps(
+    arguments: &BuildArguments,
+    city: &City,
+    trace: &Trace,
+    map: &MapOptions,
+) -> Result<Vec<(String, Vec<u8>)>, export::map::MapError> {
+    let wanted: BTreeSet<u32> = arguments.steps.iter().copied().collect();
+    let last = trace.last_step();
+    if !arguments.quiet {
+        let stages: Vec<String> = trace
+            .stages()
+            .filter(|(_, stage)| stage.last_step() > 0)
+            .map(|(start, stage)| format!("{} in steps {} to {}", stage.name, start + 1, start + stage.last_step()))
+            .collect();
+        eprintln!("     steps  {}", if stages.is_empty() { "nothing grew".into() } else { stages.join(", ") });
+        for step in wanted.iter().filter(|step| **step > last) {
+            eprintln!("   warning  growth ended with step {last}: step {step} shows all that grew");
+        }
+    }
+    let maps = wanted.into_iter().map(|step| export::steps::step_maps(city, trace, step, map));
+    Ok(maps.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
 /// Ctrl-C asks the build to stop; a second one ends the process at once.

@@ -7,6 +7,7 @@ mod stats;
 mod validate;
 
 use city::Until;
+use city::export::ColourBy;
 use city::measure::Window;
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -46,7 +47,7 @@ struct BuildArguments {
     #[arg(short, long, default_value = "out")]
     out: PathBuf,
     /// Builds with this seed instead of the script's.
-    #[arg(long)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Sets a parameter by its role, e.g. minors.pattern.block_width=90; may be given many times.
     #[arg(long = "set", value_name = "ROLE.PARAM=VALUE")]
@@ -55,11 +56,17 @@ struct BuildArguments {
     #[arg(long, value_name = "DIR")]
     rules: Option<PathBuf>,
     /// Threads to use; the result is the same for any number. All processors when 0.
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024), allow_negative_numbers = true)]
     threads: u16,
     /// Stops after a stage.
     #[arg(long, value_enum, default_value_t = Until::Buildings)]
     until: Until,
+    /// Draws the streets after these derivation steps too, as map-step-28.svg and .png: steps count through all stages.
+    #[arg(long, value_name = "STEP,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
+    steps: Vec<u32>,
+    /// Colours the streets of the map by what they are or by the ground they run on, with a legend.
+    #[arg(long, value_enum, value_name = "WHAT", alias = "color-by")]
+    colour_by: Option<ColourBy>,
     /// Prints the report as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -119,6 +126,14 @@ enum Status {
     Usage = 2,
     Failed = 3,
     Interrupted = 130,
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.trim().parse().map_err(|_| format!("a seed is a whole number from 0 to {}", u64::MAX))
+}
+
+fn step(text: &str) -> Result<u32, String> {
+    text.trim().parse().map_err(|_| "a derivation step is a whole number from 0, e.g. --steps 28,142".to_owned())
 }
 
 /// Runs the command line of this process.

@@ -5,6 +5,7 @@ pub mod geojson;
 pub mod glb;
 pub mod layout_file;
 pub mod map;
+pub mod steps;
 
 #[cfg(test)]
 pub(crate) mod samples;
@@ -16,10 +17,10 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 pub use layout_file::{LayoutFile, ReadError, read_layout};
-pub use map::MapOptions;
+pub use map::{ColourBy, MapOptions};
 
 /// The name of the report's file.
-const REPORT: &str = "report.json";
+pub const REPORT: &str = "report.json";
 
 /// What a city can be written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,9 +49,8 @@ impl Format {
         }
     }
 
-    fn write(self, city: &City, out: &mut dyn Write) -> Result<(), Problem> {
-        let credits = (!city.credits.is_empty()).then(|| city.credits.join(" · "));
-        let options = MapOptions { attribution: credits, ..MapOptions::default() };
+    fn write(self, city: &City, map: &MapOptions, out: &mut dyn Write) -> Result<(), Problem> {
+        let options = with_credits(city, map);
         match self {
             Self::Layout => geojson::write_layout(city, out)?,
             Self::Svg => map::write_svg(city, &options, out)?,
@@ -59,6 +59,12 @@ impl Format {
         }
         Ok(())
     }
+}
+
+/// The options, with whom the city owes its streets to.
+fn with_credits(city: &City, map: &MapOptions) -> MapOptions {
+    let credits = (!city.credits.is_empty()).then(|| city.credits.join(" · "));
+    MapOptions { attribution: map.attribution.clone().or(credits), ..map.clone() }
 }
 
 /// Why a file could not be written.
@@ -127,6 +133,21 @@ pub fn write_formats(
     others: &[(&str, &[u8])],
     cancel: &Cancel,
 ) -> Result<Vec<PathBuf>, ExportError> {
+    write_drawn(city, &MapOptions::default(), folder, formats, others, cancel)
+}
+
+/// The same with a map drawn as the options say.
+///
+/// # Errors
+/// When a file can't be produced or put in its place.
+pub fn write_drawn(
+    city: &City,
+    map: &MapOptions,
+    folder: &Path,
+    formats: &[Format],
+    others: &[(&str, &[u8])],
+    cancel: &Cancel,
+) -> Result<Vec<PathBuf>, ExportError> {
     prepare(folder)?;
     let mut formats = formats.to_vec();
     formats.sort_unstable();
@@ -136,7 +157,7 @@ pub fn write_formats(
     for format in formats {
         let path = folder.join(format.file_name());
         stop(&path)?;
-        let file = produce(&path, |out| format.write(city, out))?;
+        let file = produce(&path, |out| format.write(city, map, out))?;
         produced.push((path, file));
     }
     for (name, content) in others {

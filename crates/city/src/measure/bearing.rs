@@ -50,7 +50,7 @@ pub fn headings(scene: &Scene) -> Option<[f64; 2]> {
         let apart = i.abs_diff(first);
         apart.min(DEGREES - apart) > APART
     });
-    (!scene.pieces.is_empty()).then(|| [first as f64 + 0.5, second as f64 + 0.5])
+    (!scene.pieces.is_empty()).then_some([first as f64 + 0.5, second as f64 + 0.5])
 }
 
 /// The first of the largest values where `counts`; other values count as nothing.

@@ -17,6 +17,8 @@ pub(crate) struct Context<'a> {
     pub faults: &'a Arc<Faults>,
     pub progress: &'a dyn Progress,
     pub cancel: &'a Cancel,
+    /// Whether growth is to be traced, with what it refused.
+    pub traces: bool,
 }
 
 impl Context<'_> {

@@ -6,6 +6,7 @@ mod seeds;
 use super::{Context, Origins};
 use crate::report::Report;
 use crate::sources::{ImportOptions, lay_streets};
+use crate::trace::{Grown, Trace};
 use crate::{BuildError, Stage};
 use geom::point::units;
 use geom::{Angle, Id, Point, Seed, Vec2};
@@ -47,24 +48,37 @@ pub(crate) struct Network {
     pub graph: StreetGraph,
     pub origins: Origins,
     pub names: BTreeMap<StreetId, String>,
+    /// What growth did, where the build is to trace it.
+    pub trace: Option<Trace>,
+}
+
+impl Network {
+    /// Keeps what a stage of growth did, where the build traces it.
+    fn traced(&mut self, name: &'static str, grown: Grown) {
+        if let Some(trace) = &mut self.trace {
+            trace.push(name, grown);
+        }
+    }
 }
 
 /// Derives the street network of a plan.
 pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, BuildError> {
     let classes = Classes::default();
-    let mut network = Network { graph: StreetGraph::new(classes), origins: Origins::default(), names: BTreeMap::new() };
+    let mut network =
+        Network { graph: StreetGraph::new(classes), origins: Origins::default(), names: BTreeMap::new(), trace: None };
     import(context, &mut network, report)?;
+    network.trace = context.traces.then(|| Trace::new(network.graph.clone()));
     let fields = Arc::new(fields(context));
     let plan = &context.sources.plan;
     let given = network.graph.streets();
     for (class, plan) in [(Classes::HIGHWAY, &plan.highways), (Classes::MAJOR, &plan.majors)] {
         let Some(plan) = plan else { continue };
         grow_arterials(context, &mut network, (class, plan), &fields, report)?;
-        finish(&mut network.graph, class, plan, &fields, &given);
+        finish(&mut network, class, plan, &fields, &given);
     }
     if let Some(minors) = &plan.minors {
         grow_minors(context, &mut network, minors, &fields, report)?;
-        finish(&mut network.graph, Classes::MINOR, minors, &fields, &given);
+        finish(&mut network, Classes::MINOR, minors, &fields, &given);
     }
     for &street in &plan.removed {
         if !network.graph.remove_street(street) {
@@ -154,6 +168,7 @@ fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> 
     let root = Id::root(defaults(class).stage.name(), &[]);
     let mut growth = Growth::new(class, units(width / 2.0), seed, root);
     growth.sprouts = plan.sprout;
+    growth.records_refusals = context.traces;
     growth.constraints = match plan.constraints()? {
         Some(constraints) => constraints,
         None if is_major => Constraints::majors(),
@@ -197,6 +212,7 @@ fn grow_arterials(
     let cancel = || context.cancel.is_cancelled();
     let log = grow_from_streets(&mut network.graph, &growth, &rules, fields, &cancel);
     report.grown(stage.name(), &log);
+    let mut logs: Vec<_> = context.traces.then_some(log).into_iter().collect();
     let reseed = plan.reseed.unwrap_or(reseed);
     let mut ordinal = 0;
     for place in seeds::of(context, class, plan, fields, &growth.goal, reseed) {
@@ -208,7 +224,9 @@ fn grow_arterials(
         let log = grow(&mut network.graph, &growth, &rules, fields, &[point], &cancel);
         ordinal += u64::from(!log.accepted.is_empty());
         report.grown(stage.name(), &log);
+        logs.extend(context.traces.then_some(log));
     }
+    network.traced(stage.name(), Grown::InCity(logs));
     context.check()?;
     let outcome =
         format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
@@ -217,7 +235,8 @@ fn grow_arterials(
 }
 
 /// What is done to the streets of a class once all have grown. `given` streets stay as drawn.
-fn finish(graph: &mut StreetGraph, class: Class, plan: &StreetPlan, fields: &Fields, given: &[StreetId]) {
+fn finish(network: &mut Network, class: Class, plan: &StreetPlan, fields: &Fields, given: &[StreetId]) {
+    let graph = &mut network.graph;
     let is_given = |graph: &StreetGraph, run: &Run| {
         let claims = run.nodes.windows(2).filter_map(|pair| graph.segment_between(pair[0], pair[1], run.level));
         let mut streets = claims.flat_map(|key| graph.segment(key).claims()).map(|claim| claim.street);
@@ -232,6 +251,9 @@ fn finish(graph: &mut StreetGraph, class: Class, plan: &StreetPlan, fields: &Fie
             (0..=steps).all(|i| fields.is_legal(from.lerp(to, f64::from(i) / f64::from(steps))))
         };
         smooth(graph, class, &Smoothing::default(), &|graph, run| !is_given(graph, run), &is_fit);
+    }
+    if let Some(trace) = &mut network.trace {
+        trace.finish(&network.graph);
     }
 }
 
@@ -276,6 +298,8 @@ fn grow_minors(
         network.graph.total_length() / 1000.0
     );
     context.progress.end(Stage::Minors, &outcome);
+    let constraints = outside.settings.growth.constraints;
+    network.traced(Stage::Minors.name(), Grown::InQuarters { growths: grown, constraints, merge });
     Ok(())
 }
 

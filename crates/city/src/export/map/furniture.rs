@@ -1,7 +1,8 @@
 //! What stands around the map: frame, title, numbers, legend, scale bar, north arrow, attribution.
 
 use super::canvas::{Align, Canvas, Colour, Lines, Pen, Text, rectangle};
-use super::view::View;
+use super::colouring::Colouring;
+use super::view::{ROW, View};
 use super::{MapOptions, style, title};
 use crate::City;
 use streets::Class;
@@ -10,7 +11,7 @@ use streets::Class;
 const LETTER: f32 = 0.47;
 
 /// Draws it all, covering what of the map lies outside the frame.
-pub fn draw(city: &City, options: &MapOptions, view: &View, page: &mut dyn Canvas) {
+pub fn draw(city: &City, options: &MapOptions, view: &View, colouring: Option<&Colouring>, page: &mut dyn Canvas) {
     page.part("furniture");
     let (corner, size) = view.map();
     let mut outside = Lines::default();
@@ -20,7 +21,7 @@ pub fn draw(city: &City, options: &MapOptions, view: &View, page: &mut dyn Canva
     page.fill(&outside, style::PAPER);
     page.stroke(&rectangle(corner, size), Pen::new(style::INK, view.word() * 0.07));
     let footer = Footer { view, page };
-    footer.draw(city, options);
+    footer.draw(city, options, colouring);
 }
 
 /// The strip below the map.
@@ -30,7 +31,7 @@ struct Footer<'a> {
 }
 
 impl Footer<'_> {
-    fn draw(mut self, city: &City, options: &MapOptions) {
+    fn draw(mut self, city: &City, options: &MapOptions, colouring: Option<&Colouring>) {
         let word = self.view.word();
         let (corner, size) = self.view.map();
         let border = word * 1.6;
@@ -38,7 +39,10 @@ impl Footer<'_> {
         let top = corner[1] + size[1];
         self.words(&title(city, options), [left, top + word * 3.1], 2.5, Align::Start, style::INK, true);
         self.words(&numbers(city), [left, top + word * 4.9], 1.0, Align::Start, style::FAINT_INK, false);
-        self.legend(city, left, top + word * 7.1);
+        match colouring {
+            Some(colouring) => self.colours(city, colouring, [left, top + word * 7.1]),
+            None => self.legend(city, left, top + word * 7.1),
+        }
         self.north([right - word * 0.7, top + word * 1.0]);
         self.scale_bar(right - word * 4.2, top + word * 2.4);
         let made = format!("Grown with Plat, seed {}", city.seed);
@@ -61,13 +65,7 @@ impl Footer<'_> {
                 x = self.label(&info.name, x, base);
             }
         }
-        let has = |name: &str| city.site.map(name).is_some();
-        let areas = [
-            ("park", style::PARK, has("parks") || city.parcels.iter().any(|parcel| parcel.usage == layout::Use::Park)),
-            ("water", style::WATER, has("land")),
-            ("block", style::BLOCK, !city.blocks.is_empty()),
-        ];
-        for (name, colour, _) in areas.into_iter().filter(|(.., shown)| *shown) {
+        for (name, colour) in areas(city) {
             self.swatch(x, base, word * 1.8, colour);
             x = self.label(name, x, base);
         }
@@ -76,11 +74,30 @@ impl Footer<'_> {
         }
     }
 
+    /// The colours of streets, row by row, under their heading.
+    fn colours(&mut self, city: &City, colouring: &Colouring, [left, base]: [f32; 2]) {
+        let word = self.view.word();
+        self.words(colouring.heading, [left, base], 0.95, Align::Start, style::INK, true);
+        let samples = samples(city, colouring);
+        for ((x, row), (name, colour, is_street)) in places(colouring, &samples, self.view).into_iter().zip(samples) {
+            let (x, base) = (left + x, base + row as f32 * ROW as f32 * word);
+            if is_street {
+                let mut line = Lines::default();
+                line.push([[x, base - word * 0.33], [x + word * 1.8, base - word * 0.33]], false);
+                self.page.stroke(&line, Pen::new(style::rim(colour), word * 0.6).square());
+                self.page.stroke(&line, Pen::new(colour, word * 0.46).square());
+            } else {
+                self.swatch(x, base, word * 1.8, colour);
+            }
+            self.label(&name, x, base);
+        }
+    }
+
     /// The word beside a sample, and where the next sample goes.
     fn label(&mut self, name: &str, x: f32, base: f32) -> f32 {
         let word = self.view.word();
         self.words(name, [x + word * 2.3, base], 0.95, Align::Start, style::INK, false);
-        x + word * (2.3 + name.chars().count() as f32 * LETTER + 1.2)
+        x + label_width(name, word)
     }
 
     fn street_sample(&mut self, city: &City, class: Class, [x, y]: [f32; 2]) {
@@ -147,6 +164,51 @@ impl Footer<'_> {
     }
 }
 
+/// Room that a sample takes with its word and a gap.
+fn label_width(name: &str, word: f32) -> f32 {
+    word * (2.3 + name.chars().count() as f32 * LETTER + 1.2)
+}
+
+/// What of the ground the legend explains.
+fn areas(city: &City) -> impl Iterator<Item = (&'static str, Colour)> {
+    let has = |name: &str| city.site.map(name).is_some();
+    let areas = [
+        ("park", style::PARK, has("parks") || city.parcels.iter().any(|parcel| parcel.usage == layout::Use::Park)),
+        ("water", style::WATER, has("land")),
+        ("block", style::BLOCK, !city.blocks.is_empty()),
+    ];
+    areas.into_iter().filter(|(.., shown)| *shown).map(|(name, colour, _)| (name, colour))
+}
+
+/// What the legend of coloured streets shows: words, colour, and whether it is a street.
+fn samples(city: &City, colouring: &Colouring) -> Vec<(String, Colour, bool)> {
+    let streets = colouring.entries.iter().map(|entry| (entry.name.clone(), entry.colour, true));
+    streets.chain(areas(city).map(|(name, colour)| (name.to_owned(), colour, false))).collect()
+}
+
+/// Where the samples go: pixels from the left, and the row.
+fn places(colouring: &Colouring, samples: &[(String, Colour, bool)], view: &View) -> Vec<(f32, usize)> {
+    let word = view.word();
+    let room = view.width() as f32 - word * 3.2;
+    let start = word * (colouring.heading.chars().count() as f32 * LETTER + 1.6);
+    let (mut x, mut row) = (start, 0);
+    let place = |(name, ..): &(String, Colour, bool)| {
+        let width = label_width(name, word);
+        if x > start && x + width - word * 1.2 > room {
+            (x, row) = (start, row + 1);
+        }
+        x += width;
+        (x - width, row)
+    };
+    samples.iter().map(place).collect()
+}
+
+/// Rows that the legend of coloured streets needs.
+pub fn legend_rows(city: &City, colouring: &Colouring, view: &View) -> usize {
+    let places = places(colouring, &samples(city, colouring), view);
+    places.last().map_or(1, |(_, row)| row + 1)
+}
+
 /// The largest of 1, 2, 5 times a power of ten that is not above a length in metres.
 fn round_length(most: f64) -> f64 {
     let steps = std::iter::successors(Some(1.0), |power| Some(power * 10.0)).take(8);
@@ -174,7 +236,7 @@ fn numbers(city: &City) -> String {
 }
 
 /// A number with its digits in groups of three.
-fn grouped(n: usize) -> String {
+pub fn grouped(n: usize) -> String {
     let digits = n.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {

@@ -1,6 +1,7 @@
 //! The ground of the map, from the water up to the bridges.
 
 use super::canvas::{Canvas, Colour, Lines, Pen, rectangle};
+use super::colouring::Colouring;
 use super::contour::{Samples, simplified};
 use super::style;
 use super::view::View;
@@ -44,6 +45,49 @@ pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
     draw_streets(city, view, page, |level| level > 0);
 }
 
+/// Draws the ground with coloured streets: without parcels and buildings, which would compete with the colours.
+pub fn draw_coloured(city: &City, view: &View, colouring: &Colouring, page: &mut dyn Canvas) {
+    page.part("ground");
+    draw_ground(city, view, page);
+    page.part("heights");
+    draw_heights(city, view, page);
+    page.part("blocks");
+    page.fill(&areas(view, city.blocks.iter().map(|block| &block.polygon)), style::BLOCK);
+    // No parcels tell which blocks are parks.
+    draw_parks(city, view, page);
+    page.part("streets");
+    draw_colours(city, view, colouring, page);
+}
+
+/// Streets in their colours: level by level, lesser classes first, first all rims, then all fills.
+fn draw_colours(city: &City, view: &View, colouring: &Colouring, page: &mut dyn Canvas) {
+    let mut groups: BTreeMap<(Alike, usize), Lines> = BTreeMap::new();
+    for (run, stretches) in city.runs.iter().zip(&colouring.stretches) {
+        for stretch in stretches {
+            let alike = (run.level, std::cmp::Reverse(run.class), run.half_width);
+            let lines = groups.entry((alike, stretch.entry)).or_default();
+            lines.push(stretch.line.iter().map(|&at| view.place(at)), false);
+        }
+    }
+    let drawn: Vec<((Alike, usize), Lines)> = groups.into_iter().collect();
+    for level in drawn.chunk_by(|a, b| a.0.0.0 == b.0.0.0) {
+        for is_rim in [true, false] {
+            for (((_, class, half_width), entry), lines) in level {
+                let page_share = view.word() / WORD_OF_3000;
+                let least = style::least_coloured(city.graph.classes(), class.0) * page_share;
+                let width = view.pixels(f64::from(*half_width) * 2.0 / Point::UNITS_PER_METRE).max(least);
+                let rim = (width * 0.12).clamp(0.3 * page_share, 1.2 * page_share);
+                let colour = colouring.entries[*entry].colour;
+                let pen = match is_rim {
+                    true => Pen::new(style::rim(colour), width),
+                    false => Pen::new(colour, width - 2.0 * rim),
+                };
+                page.stroke(lines, pen);
+            }
+        }
+    }
+}
+
 fn draw_ground(city: &City, view: &View, page: &mut dyn Canvas) {
     let (corner, size) = view.map();
     match city.site.map("land") {
@@ -55,6 +99,10 @@ fn draw_ground(city: &City, view: &View, page: &mut dyn Canvas) {
             page.stroke(&land, Pen::new(style::SHORE, view.word() * 0.05));
         }
     }
+    draw_parks(city, view, page);
+}
+
+fn draw_parks(city: &City, view: &View, page: &mut dyn Canvas) {
     if let Some(parks) = city.site.map("parks") {
         page.fill(&outlines(parks, view), style::PARK);
     }

@@ -4,6 +4,7 @@
 //! an SVG reader longer than everything else together.
 
 mod canvas;
+mod colouring;
 mod contour;
 mod furniture;
 mod layers;
@@ -14,6 +15,8 @@ mod view;
 
 use crate::City;
 use canvas::Canvas;
+use colouring::Colouring;
+use geom::Bounds;
 use std::io::{self, Write};
 use view::View;
 
@@ -26,13 +29,19 @@ pub struct MapOptions {
     pub title: Option<String>,
     /// Whom the maps and streets that came in are owed to.
     pub attribution: Option<String>,
+    /// What the streets are coloured by, in place of parcels and buildings; drawn by class as on a street map when none.
+    pub colour_by: Option<ColourBy>,
+    /// The ground that the map must show; that of the streets when none.
+    pub extent: Option<Bounds>,
 }
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self { longest_side: 3000, title: None, attribution: None }
+        Self { longest_side: 3000, title: None, attribution: None, colour_by: None, extent: None }
     }
 }
+
+pub use colouring::ColourBy;
 
 /// Why a map could not be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -58,9 +67,9 @@ pub enum MapError {
 /// # Errors
 /// Those of the writer.
 pub fn write_svg(city: &City, options: &MapOptions, out: impl Write) -> io::Result<()> {
-    let view = View::of(city, options.longest_side);
+    let (view, colouring) = prepared(city, options);
     let mut page = svg::Svg::new(out, view.width(), view.height(), &title(city, options));
-    draw(city, options, &view, &mut page);
+    draw(city, options, &view, colouring.as_ref(), &mut page);
     page.finish()
 }
 
@@ -69,14 +78,14 @@ pub fn write_svg(city: &City, options: &MapOptions, out: impl Write) -> io::Resu
 /// # Errors
 /// See [`MapError`].
 pub fn png(city: &City, options: &MapOptions) -> Result<Vec<u8>, MapError> {
-    let view = View::of(city, options.longest_side);
+    let (view, colouring) = prepared(city, options);
     let mut page = pixels::Pixels::new(view.width(), view.height())?;
-    draw(city, options, &view, &mut page);
+    draw(city, options, &view, colouring.as_ref(), &mut page);
     page.finish()
 }
 
 /// The title asked for, or the city's name, which is that of a folder, as words.
-fn title(city: &City, options: &MapOptions) -> String {
+pub(super) fn title(city: &City, options: &MapOptions) -> String {
     let words = |name: &str| {
         let name = name.replace('_', " ");
         let mut letters = name.chars();
@@ -85,9 +94,20 @@ fn title(city: &City, options: &MapOptions) -> String {
     options.title.clone().unwrap_or_else(|| words(&city.name))
 }
 
-fn draw(city: &City, options: &MapOptions, view: &View, page: &mut dyn Canvas) {
-    layers::draw(city, view, page);
-    furniture::draw(city, options, view, page);
+/// The page, with room for the whole legend, and the colours of the streets.
+fn prepared(city: &City, options: &MapOptions) -> (View, Option<Colouring>) {
+    let colouring = options.colour_by.map(|by| Colouring::of(city, by));
+    let view = View::of(city, options, 1);
+    let rows = colouring.as_ref().map_or(1, |colouring| furniture::legend_rows(city, colouring, &view));
+    (if rows > 1 { View::of(city, options, rows) } else { view }, colouring)
+}
+
+fn draw(city: &City, options: &MapOptions, view: &View, colouring: Option<&Colouring>, page: &mut dyn Canvas) {
+    match colouring {
+        Some(colouring) => layers::draw_coloured(city, view, colouring, page),
+        None => layers::draw(city, view, page),
+    }
+    furniture::draw(city, options, view, colouring, page);
 }
 
 #[cfg(test)]

@@ -68,6 +68,16 @@ pub fn street_style(classes: &Classes, class: Class) -> StreetStyle {
     }
 }
 
+/// Both sides of a street of a colour.
+pub fn rim(colour: Colour) -> Colour {
+    colour.towards(INK, 0.45)
+}
+
+/// Least width of a coloured street on a page of 3000 pixels: wide enough for its colour to be told.
+pub fn least_coloured(classes: &Classes, class: Class) -> f32 {
+    street_style(classes, class).least.max(1.8) + 1.0
+}
+
 const HIGHWAY: StreetStyle =
     StreetStyle { fill: Colour(0xf4, 0xc2, 0x7e), casing: Colour(0xbf, 0x8c, 0x45), least: 5.0 };
 const MAJOR: StreetStyle = StreetStyle { fill: Colour(0xfd, 0xf0, 0xc9), casing: Colour(0xd0, 0xb9, 0x81), least: 3.4 };

@@ -1,5 +1,6 @@
 //! Where things come to lie on the page.
 
+use super::MapOptions;
 use crate::City;
 use geom::point::units;
 use geom::{Bounds, Point, Vec2};
@@ -12,6 +13,9 @@ const LEAST_MARGIN_M: f64 = 30.0;
 
 /// A page is at least this wide for its height, so that title and legend have room.
 const LEAST_ASPECT: f64 = 0.62;
+
+/// Height of a further row of the legend, as a multiple of plain words.
+pub const ROW: f64 = 1.5;
 
 /// The ground that a page shows, and its scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,13 +35,13 @@ pub struct View {
 }
 
 impl View {
-    /// The view of a whole city with its surroundings, on a page of about `longest_side` pixels.
-    pub fn of(city: &City, longest_side: u32) -> Self {
-        let longest = f64::from(longest_side.clamp(200, 20_000));
-        let bounds = shown(city);
+    /// The view of a whole city with its surroundings, on a page as the options say, with so many rows of legend.
+    pub fn of(city: &City, options: &MapOptions, rows: usize) -> Self {
+        let longest = f64::from(options.longest_side.clamp(200, 20_000));
+        let bounds = shown(city, options.extent);
         let (low, size) = (bounds.min.metres(), bounds.size().max(Vec2::ONE));
         let word = (longest / 105.0) as f32;
-        let (border, footer) = (f64::from(word) * 1.6, f64::from(word) * 9.0);
+        let (border, footer) = (f64::from(word) * 1.6, f64::from(word) * (9.0 + ROW * (rows.max(1) - 1) as f64));
         let room = Vec2::new(longest - 2.0 * border, longest - border - footer);
         let scale = (room / size).min_element().max(f64::MIN_POSITIVE);
         let map = size * scale;
@@ -94,9 +98,9 @@ impl View {
 
 /// What the map shows: the city with a margin, wide enough for the page, within the site; the whole site when there is
 /// no city.
-fn shown(city: &City) -> Bounds {
+fn shown(city: &City, extent: Option<Bounds>) -> Bounds {
     let site = city.site.bounds;
-    let Some(bounds) = city.graph.bounds() else { return site };
+    let Some(bounds) = extent.or(city.graph.bounds()) else { return site };
     let margin = (bounds.size().max_element() * MARGIN).max(LEAST_MARGIN_M);
     let grown = bounds.grown(units(margin));
     let wish = grown.size().y * LEAST_ASPECT;
