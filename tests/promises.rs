@@ -118,7 +118,7 @@ fn deleting_a_minor_changes_nothing_outside_its_quarter() {
 fn a_parameter_of_one_quarter_changes_nothing_outside_it() {
     let before = lattice(|_| {});
     let (quarter, polygon) = middle_quarter(&before);
-    let set = BTreeMap::from([("minors.pattern.block_width".to_owned(), Literal::Number(160.0))]);
+    let set = BTreeMap::from([("minors.pattern.block_width".to_owned(), Literal::Number(160.0).into())]);
     let after = lattice(|plan| drop(plan.quarters.insert(quarter, QuarterPlan { seed: None, set })));
     let blocks = |city: &City| city.blocks.iter().filter(|block| block.quarter == Some(quarter)).count();
     assert_ne!(blocks(&before), blocks(&after));

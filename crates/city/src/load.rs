@@ -7,13 +7,15 @@ use crate::sources::{
 };
 use geom::{Bounds, Point, Raster, Vec2};
 use script::{
-    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source, StreetImport,
+    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Places, Plan, SiteInfo, SiteRequest, Sites, Source,
+    StreetImport,
 };
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use streets::Classes;
+use streets::growth::Field;
 
 /// Why a city could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +41,14 @@ pub enum LoadError {
     /// The script failed.
     #[error("{0}")]
     Fault(Box<Fault>),
+    /// A parameter's value does not suit the site: its map or district is not there, or leads out of its range.
+    #[error("{}: {}{}", path.display(), error.message, error.hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}")))]
+    Value {
+        /// The script.
+        path: PathBuf,
+        /// What is wrong.
+        error: ParamError,
+    },
     /// A map or street file is missing or wrong.
     #[error("{source_error}\n  hint: {hint}", source_error = .0, hint = .0.hint())]
     Source(#[from] SourceError),
@@ -57,6 +67,8 @@ pub struct Loaded {
     pub name: String,
     /// Its folder.
     pub folder: PathBuf,
+    /// Its script.
+    pub script: PathBuf,
     /// What the script asks for; change it with [`Plan::set`].
     pub plan: Plan,
     /// What the script printed.
@@ -115,7 +127,7 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
     let source = Source { text, path: script.display().to_string() };
     let Evaluated { plan, printed } = host.plan(&source, Arc::new(MapFolders(folder.clone())))?;
     let name = fs::canonicalize(&folder).ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
-    Ok(Loaded { name: name.unwrap_or_else(|| "city".into()), folder, plan, printed })
+    Ok(Loaded { name: name.unwrap_or_else(|| "city".into()), folder, script, plan, printed })
 }
 
 fn missing(city: &Path, script: &Path, error: &std::io::Error) -> LoadError {
@@ -174,7 +186,17 @@ impl Loaded {
         let warnings = self.read_districts(&mut site)?;
         let imports =
             files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
-        Ok(Sources { name: self.name.clone(), plan: plan.clone(), site: Arc::new(site), imports, warnings })
+        let plan = self.settled(&site)?;
+        Ok(Sources { name: self.name.clone(), plan, site: Arc::new(site), imports, warnings })
+    }
+
+    /// The plan with its values by place read from the site.
+    fn settled(&self, site: &Site) -> Result<Plan, LoadError> {
+        let mut plan = self.plan.clone();
+        let maps = site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect();
+        let places = Places { maps, districts: site.districts.clone() };
+        plan.settle(places).map_err(|error| LoadError::Value { path: self.script.clone(), error })?;
+        Ok(plan)
     }
 
     /// Reads the districts that a file of polygons tells, and what is odd about it.
@@ -208,10 +230,13 @@ impl Loaded {
         let named = plan.within.iter().chain(&plan.barred).map(|map| map.name.clone());
         let in_goals = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
         let goals = in_goals.filter_map(|streets| Some(streets.goal().ok()??.map.name));
-        let names: Vec<String> = named.chain(goals).chain(plan.site.maps.keys().cloned()).collect();
+        let present = map_names(&folder)?;
+        // A parameter may name a map that is not there, as long as its rule does not ask for it.
+        let in_params = plan.param_maps().into_iter().map(|map| map.name.clone()).filter(|name| present.contains(name));
+        let names: Vec<String> = named.chain(goals).chain(in_params).chain(plan.site.maps.keys().cloned()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut options = BTreeMap::new();
-        for name in map_names(&folder)? {
+        for name in present {
             let said = plan.site.maps.get(&name).cloned().unwrap_or_default();
             let by_pixels = || {
                 let (width, height) = image::image_dimensions(folder.join(format!("{name}.png"))).ok()?;

@@ -19,7 +19,7 @@ mod words;
 pub use city::{Evaluated, SiteInfo, SiteRequest, Sites};
 pub use fault::{Fault, Faults};
 pub use host::{Embedded, Library, Source};
-pub use param::{Domain, Literal, Param, ParamError, ParamSet, Unit, Value};
+pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
 pub use plan::{
     DensityGoal, DistrictPlan, GivenLine, GoalPlan, MapOptions, MapRef, NO_DISTRICT, Plan, QuarterPlan, RoleParam,
     SitePlan, StreetImport, StreetPlan,

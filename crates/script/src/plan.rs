@@ -1,10 +1,11 @@
 //! What a city script asks for, as plain data: the input of every stage.
 
 use crate::fault::Fault;
-use crate::param::{Literal, ParamError};
+use crate::param::{ParamError, Places, Value, unknown_district};
 use crate::rule::{Rule, RuleKind};
 use geom::{Id, Vec2};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use streets::growth::Constraints;
 use streets::{Class, StreetId};
 
@@ -165,7 +166,7 @@ pub struct QuarterPlan {
     /// A seed of its own.
     pub seed: Option<u64>,
     /// Other values of parameters, by role and name: `minors.pattern.block_width`.
-    pub set: BTreeMap<String, Literal>,
+    pub set: BTreeMap<String, Value>,
 }
 
 /// What a city script asks for.
@@ -265,6 +266,56 @@ impl Plan {
         Ok(())
     }
 
+    /// The maps that parameters are read from or name, by name.
+    pub fn param_maps(&self) -> Vec<&MapRef> {
+        let of_rules = self.roles().into_iter().flat_map(|(_, rule)| rule.params().iter().map(|(_, value)| value));
+        let of_quarters = self.quarters.values().flat_map(|quarter| quarter.set.values());
+        let mut maps: Vec<&MapRef> = of_rules.chain(of_quarters).flat_map(Value::maps).collect();
+        maps.sort();
+        maps.dedup();
+        maps
+    }
+
+    /// Reads values by place from a site, from now on.
+    ///
+    /// # Errors
+    /// [`ParamError`] for the first value that names a map or a district that the site does not have, or lies outside its
+    /// range somewhere.
+    pub fn settle(&mut self, places: Places) -> Result<(), ParamError> {
+        let roles: Vec<_> = self.roles().into_iter().map(|(role, rule)| (role, rule.clone())).collect();
+        let places = Arc::new(places);
+        let ids: Vec<Id> = self.quarters.keys().copied().collect();
+        for (role, rule) in roles {
+            rule.params().check(&places).map_err(|error| within(role, error))?;
+            let own = ids.iter().filter_map(|&id| self.rule_in(Some(id), role));
+            own.map(|rule| rule.params().check(&places))
+                .collect::<Result<(), _>>()
+                .map_err(|error| within(role, error))?;
+            *self.rule_mut(role) = rule.with(rule.params().on(&places));
+        }
+        Ok(())
+    }
+
+    /// Holds the districts that parameters name against those that the script tells; others are known when files are read.
+    pub(crate) fn check_districts(&self) -> Result<(), ParamError> {
+        let known = self.districts.as_ref().map(DistrictPlan::names).unwrap_or_default();
+        if known.is_empty() {
+            return Ok(());
+        }
+        let of_rule = |(role, rule): (_, &Rule)| {
+            let named = rule
+                .params()
+                .iter()
+                .flat_map(|(param, value)| value.districts().into_iter().map(|name| (&param.name, name)));
+            let unknown = named.into_iter().find(|(_, name)| !known.contains(name));
+            unknown.map(|(param, name)| {
+                let (message, hint) = unknown_district(name, &known);
+                within(role, ParamError { message: format!("`{param}` {message}"), hint })
+            })
+        };
+        self.roles().into_iter().find_map(of_rule).map_or(Ok(()), Err)
+    }
+
     /// The rule that plays a role in a quarter: with the values that differ there.
     pub fn rule_in(&self, quarter: Option<Id>, role: &str) -> Option<Rule> {
         let (_, rule) = self.roles().into_iter().find(|(name, _)| *name == role)?;
@@ -274,8 +325,9 @@ impl Plan {
             Some((name, value))
         });
         // Values were checked when the script was read; what a rule no longer declares is left out.
-        let params =
-            own.fold(rule.params().clone(), |params, (name, value)| params.with(name, value.clone()).unwrap_or(params));
+        let params = own.fold(rule.params().clone(), |params, (name, value)| {
+            params.with_value(name, value.clone()).unwrap_or(params)
+        });
         Some(rule.with(params))
     }
 
@@ -341,6 +393,11 @@ impl StreetPlan {
             },
         }
     }
+}
+
+/// An error of a parameter, with the role of its rule.
+fn within(role: &str, error: ParamError) -> ParamError {
+    ParamError { message: format!("{role}: {}", error.message), ..error }
 }
 
 fn parse_seed(text: &str) -> Result<u64, ParamError> {

@@ -177,7 +177,7 @@ impl Rule {
     pub fn fingerprint(&self) -> Id {
         let mut text = String::new();
         self.file.readings.iter().for_each(|(name, hash)| text += &format!("{name}={hash}\n"));
-        self.params.iter().for_each(|(param, value)| text += &format!("{}={}\n", param.name, value.constant()));
+        self.params.iter().for_each(|(param, value)| text += &format!("{}={value}\n", param.name));
         Id::of_text("rule", &text)
     }
 

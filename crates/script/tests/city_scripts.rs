@@ -113,7 +113,7 @@ fn quarters_differ_in_what_they_say() {
     let mut plan = whole();
     let quarter: Id = "0123456789abcdef0123456789abcdef".parse().expect("an id");
     let number = |rule: Option<script::Rule>, name: &str| {
-        rule.and_then(|rule| rule.params().get(name).map(|value| value.constant().clone()))
+        rule.and_then(|rule| rule.params().get(name).and_then(|value| value.constant().cloned()))
     };
     plan.set("minors.pattern.block_width=120").expect("in range");
     plan.set("minors.pattern.block_length=300").expect("in range");
@@ -133,7 +133,7 @@ fn parameters_are_addressed_by_role() {
     let wanted = ["majors.goals", "majors.pattern", "majors.constraints", "minors.pattern", "parcels", "buildings"];
     assert_eq!(roles, wanted);
     for parameter in plan.parameters() {
-        plan.set(&format!("{}={}", parameter.address, parameter.value.constant())).expect("its own value");
+        plan.set(&format!("{}={}", parameter.address, parameter.value)).expect("its own value");
     }
     plan.set("seed=9").expect("a seed");
     plan.set("majors.constraints.snap=12").expect("in range");

@@ -4,7 +4,7 @@ use super::site::site_of;
 use super::streets::rule_of;
 use crate::fault::Complaint;
 use crate::host::kind_of;
-use crate::param::Literal;
+use crate::param::Value;
 use crate::plan::{MapRef, Plan, QuarterPlan, SitePlan, StreetPlan};
 use crate::rule::RuleKind;
 use crate::words::options::{Options, cast};
@@ -52,6 +52,7 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
         removed: removed(&mut options)?,
     };
     plan.quarters = quarters(options.map("quarters")?, &plan)?;
+    plan.check_districts().map_err(|error| Complaint::new(error.message).maybe_hint(error.hint).key("districts"))?;
     Ok(plan)
 }
 
@@ -115,13 +116,13 @@ fn quarter(value: Dynamic, plan: &Plan) -> Result<QuarterPlan, Complaint> {
     Ok(QuarterPlan { seed, set })
 }
 
-fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Literal), Complaint> {
+fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Value), Complaint> {
     let address = if name.contains('.') { name.to_owned() } else { format!("minors.pattern.{name}") };
     let complain = |error: crate::ParamError| Complaint::new(error.message).maybe_hint(error.hint).key("quarters");
     let (role, name) = plan.address(&address).map_err(complain)?;
     let rule = plan.rule_in(None, role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
     let params = rule.params().with_dynamic(&name, value).map_err(complain)?;
-    let literal = params.get(&name).map(|value| value.constant().clone());
-    let literal = literal.ok_or_else(|| Complaint::new(format!("there is no parameter `{name}`")))?;
-    Ok((address, literal))
+    let value = params.get(&name).cloned();
+    let value = value.ok_or_else(|| Complaint::new(format!("there is no parameter `{name}`")))?;
+    Ok((address, value))
 }

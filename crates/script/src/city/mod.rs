@@ -74,6 +74,7 @@ fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, d
     site::register(engine, sites);
     districts::register(engine);
     streets::register(engine);
+    crate::param::register_values(engine);
     rules(engine, around.clone());
     let plan = desk.plan.clone();
     FuncRegistration::new("city")

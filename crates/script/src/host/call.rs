@@ -1,7 +1,9 @@
 //! Calling a rule's function a million times: everything that one call leaves behind for the next is kept.
 
 use crate::fault::{Complaint, Fault, Refusal};
+use crate::param::Params;
 use crate::rule::{Entry, Rule, RuleKind, Stage};
+use geom::Vec2;
 use rhai::Dynamic;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -34,6 +36,12 @@ impl<C> Handle<C> {
     }
 }
 
+/// What a call is about lies somewhere: parameters that differ by place are read there.
+pub(crate) trait Located {
+    /// The place in metres.
+    fn place(&self) -> Vec2;
+}
+
 /// What is kept between the calls of one thread.
 struct Desk<C> {
     stage: Stage,
@@ -44,15 +52,18 @@ struct Desk<C> {
 pub(crate) struct Caller<C> {
     rule: Rule,
     entry: Entry,
-    params: Dynamic,
+    params: Params,
+    /// The same as a script receives them, where they are the same everywhere.
+    everywhere: Dynamic,
     desks: Mutex<Vec<Desk<C>>>,
 }
 
-impl<C: Send + 'static> Caller<C> {
+impl<C: Located + Send + 'static> Caller<C> {
     /// The function of a kind that the rule has.
     pub fn new(rule: Rule, kind: RuleKind) -> Self {
-        let (entry, params) = (rule.entry(kind), Dynamic::from(rule.params().ready()));
-        Self { rule, entry, params, desks: Mutex::new(Vec::new()) }
+        let (entry, params) = (rule.entry(kind), rule.params().ready());
+        let everywhere = Dynamic::from(params.clone());
+        Self { rule, entry, params, everywhere, desks: Mutex::new(Vec::new()) }
     }
 
     /// The rule.
@@ -63,8 +74,10 @@ impl<C: Send + 'static> Caller<C> {
     /// Calls the function with a context, and gives the context back as the function left it.
     pub fn call(&self, context: C) -> Result<C, Box<Fault>> {
         let mut desk = self.take_desk();
+        let params =
+            if self.params.differ() { Dynamic::from(self.params.at(context.place())) } else { self.everywhere.clone() };
         *desk.handle.lock() = Some(context);
-        let arguments = [Dynamic::from(desk.handle.clone()), self.params.clone()];
+        let arguments = [Dynamic::from(desk.handle.clone()), params];
         // A desk that saw an error or a panic is thrown away: nothing of it is used again.
         match catch_unwind(AssertUnwindSafe(|| self.rule.run(&self.entry, &mut desk.stage, arguments))) {
             Ok(Ok(_)) => {}

@@ -8,7 +8,7 @@ mod maths;
 mod resolver;
 mod vocabulary;
 
-pub(crate) use call::{Caller, Handle};
+pub(crate) use call::{Caller, Handle, Located};
 pub(crate) use check::unknown_words;
 pub(crate) use engine::{Limits, engine};
 pub use library::{Embedded, Library, Source};

@@ -1,11 +1,13 @@
 //! Plain values of parameters.
 
-use super::{Domain, Param};
+use super::value::plain;
+use super::{ByDistrict, DistrictValues, Domain, MapValue, Param, Value};
 use crate::host::number;
 use crate::names::{hint, listed};
 use crate::plan::MapRef;
 use rhai::Dynamic;
 use std::fmt;
+use std::sync::Arc;
 
 /// A plain value.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,11 +55,28 @@ impl fmt::Display for Literal {
 }
 
 /// Why a value does not fit a parameter: what is wrong, and a hint.
-pub(super) type Misfit = (String, Option<String>);
+pub(crate) type Misfit = (String, Option<String>);
 
 impl Domain {
+    /// Reads a value that a city script gives: the same everywhere, from a map, or by district, where `default` is what
+    /// holds on ground that nothing is said about.
+    pub(super) fn read_value(&self, value: &Dynamic, default: &Literal) -> Result<Value, Misfit> {
+        if let Some(values) = value.read_lock::<ByDistrict>() {
+            let read = |value: &Dynamic| self.read_value(value, default);
+            let (named, other) = values.read(read, || default.clone().into())?;
+            return Ok(Value::District(Arc::new(DistrictValues { named, other })));
+        }
+        if let Domain::Number { .. } | Domain::Whole { .. } = self {
+            let map = value.read_lock::<MapRef>().map(|map| plain(&map));
+            if let Some(map) = map.or_else(|| value.read_lock::<MapValue>().map(|map| map.clone())) {
+                return Ok(Value::Map(map));
+            }
+        }
+        self.read_dynamic(value).map(Value::Constant)
+    }
+
     /// Reads a value that a script gives.
-    pub(super) fn read_dynamic(&self, value: &Dynamic) -> Result<Literal, Misfit> {
+    fn read_dynamic(&self, value: &Dynamic) -> Result<Literal, Misfit> {
         let literal = match self {
             Self::Number { .. } => number(value).map(Literal::Number),
             Self::Whole { .. } => whole(value).map(Literal::Whole),

@@ -2,13 +2,20 @@
 
 mod declare;
 mod literal;
+mod places;
 mod set;
+mod value;
 
 pub(crate) use declare::{Declared, register};
 pub use literal::Literal;
+use literal::Misfit;
 pub(crate) use literal::colour;
+pub use places::Places;
+pub(crate) use places::unknown_district;
 pub(crate) use set::Params;
 pub use set::{ParamError, ParamSet};
+pub(crate) use value::{ByDistrict, register as register_values};
+pub use value::{DistrictValues, MapValue, Value};
 
 /// What a parameter may be.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,29 +77,4 @@ pub struct Param {
     pub default: Literal,
     /// What it does, in one line for panels.
     pub about: String,
-}
-
-/// What a parameter is set to.
-///
-/// Today the same everywhere; a value by map, district or quarter is to become another variant.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Value {
-    /// The same everywhere.
-    Constant(Literal),
-}
-
-impl Value {
-    /// The value where it is the same everywhere.
-    pub fn constant(&self) -> &Literal {
-        match self {
-            Self::Constant(literal) => literal,
-        }
-    }
-}
-
-impl From<Literal> for Value {
-    fn from(literal: Literal) -> Self {
-        Self::Constant(literal)
-    }
 }

@@ -3,7 +3,7 @@
 use super::options::Options;
 use super::{chance, property};
 use crate::fault::{Complaint, Faults, Refusal};
-use crate::host::{Caller, Handle};
+use crate::host::{Caller, Handle, Located};
 use crate::rule::{Rule, RuleKind};
 use geom::{Seed, Vec2};
 use layout::RecursiveSettings;
@@ -49,6 +49,12 @@ pub struct ParcelPattern {
 struct Asked {
     block: BlockContext,
     choice: Option<ParcelChoice>,
+}
+
+impl Located for Asked {
+    fn place(&self) -> Vec2 {
+        self.block.place
+    }
 }
 
 impl ParcelPattern {

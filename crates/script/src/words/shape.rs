@@ -3,7 +3,7 @@
 use super::options::Options;
 use super::{chance, property, within};
 use crate::fault::{Complaint, Faults, Refusal};
-use crate::host::{Caller, Handle};
+use crate::host::{Caller, Handle, Located};
 use crate::rule::{Rule, RuleKind};
 use geom::{Seed, Vec2};
 use rhai::{Dynamic, Engine, FuncRegistration, Map};
@@ -58,6 +58,12 @@ pub struct BuildingPattern {
 struct Asked {
     shape: ShapeContext,
     choice: BuildingChoice,
+}
+
+impl Located for Asked {
+    fn place(&self) -> Vec2 {
+        self.shape.place
+    }
 }
 
 impl BuildingPattern {

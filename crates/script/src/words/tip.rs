@@ -3,7 +3,7 @@
 use super::options::Options;
 use super::{chance, method, property, within};
 use crate::fault::{Complaint, Faults};
-use crate::host::{Caller, Handle, numeric};
+use crate::host::{Caller, Handle, Located, numeric};
 use crate::names::hint;
 use crate::plan::MapRef;
 use crate::rule::{Rule, RuleKind};
@@ -26,6 +26,12 @@ pub struct StreetPattern {
 struct Growing {
     tip: Tip,
     classes: Arc<Classes>,
+}
+
+impl Located for Growing {
+    fn place(&self) -> Vec2 {
+        self.tip.place()
+    }
 }
 
 impl StreetPattern {

@@ -1,0 +1,211 @@
+//! Parameters that differ by place: from maps, by district, in quarters.
+
+mod common;
+
+use common::{Folders, headline, shelf, tip};
+use geom::{Bounds, Point, Polygon, Raster, Seed, Vec2};
+use proptest::prelude::*;
+use script::{
+    BlockContext, Evaluated, Fault, Faults, Host, ParcelChoice, ParcelPattern, Places, Plan, Rule, Source,
+    StreetPattern,
+};
+use std::sync::Arc;
+use streets::growth::{Field, GrowthRules};
+use streets::{Classes, Districts};
+
+/// Streets of `p.width` metres, with `p.count` steps of delay and a turn where `p.style` says so.
+const MINE: &str = r#"
+params(#{
+    width: metres(80).range(20, 500),
+    count: whole(3).range(0, 9),
+    style: choice("plain", ["plain", "bent"]),
+});
+fn propose(tip, p) {
+    tip.ahead(p.width, #{ delay: p.count, turn: if p.style == "bent" { 10 } else { 0 } });
+}
+fn subdivide(block, p) { block.recursive(#{ least_area: p.width, most_area: 5000 }); }
+"#;
+
+fn city(values: &str, rest: &str) -> Result<Plan, Fault> {
+    let text = format!(
+        "let site = site(\"maps\");\ncity(#{{ site: site,\n  districts: site.districts(\"districts\", #{{ \"old town\": \"#c0392b\", harbour: \"#2980b9\" }}),\n  minors: streets(#{{ pattern: rule(\"mine\", #{{ {values} }}) }}), {rest} }});"
+    );
+    let host = Host::new(vec![shelf(&[("mine.rhai", MINE)])]);
+    let evaluated = host.plan(&Source { text, path: "city.rhai".into() }, Arc::new(Folders));
+    evaluated.map(|Evaluated { plan, .. }| plan)
+}
+
+/// A site of 1 km × 1 km: a map `density` that rises from 0 in the west to 1 in the east, the old town in the western
+/// half, the harbour in its south-eastern corner.
+fn places() -> Places {
+    let values = (0..100).map(|column| column as f32 / 99.0).collect();
+    let ramp = Raster::new(100, 1, 10.0, Vec2::ZERO, values).expect("a map");
+    places_of(ramp)
+}
+
+fn places_of(map: Raster) -> Places {
+    let corner = |x, y| Point::from_metres(Vec2::new(x, y));
+    let area = |a, b| Polygon::rectangle(Bounds::between(a, b));
+    let areas =
+        vec![(1, area(corner(0.0, 0.0), corner(500.0, 1000.0))), (0, area(corner(800.0, 0.0), corner(1000.0, 200.0)))];
+    let districts = Districts::of_areas(vec!["harbour".into(), "old town".into()], areas);
+    Places { maps: [("density".to_owned(), Field::Map(Arc::new(map)))].into(), districts: Arc::new(districts) }
+}
+
+fn settled(values: &str) -> Plan {
+    let mut plan = city(values, "").unwrap_or_else(|fault| panic!("{fault}"));
+    plan.settle(places()).unwrap_or_else(|error| panic!("{error}"));
+    plan
+}
+
+/// Length, delay and turn in degrees that the pattern proposes at a place.
+fn proposed(rule: Rule, x: f64, y: f64) -> (f64, u32, i64) {
+    let faults = Arc::new(Faults::default());
+    let pattern = StreetPattern::new(rule, 0, Arc::new(Classes::default()), faults.clone());
+    let mut tip = tip(0.0);
+    tip.at = Point::from_metres(Vec2::new(x, y));
+    pattern.propose(&mut tip);
+    assert!(faults.is_empty(), "{:?}", faults.sorted());
+    let slot = tip.slots.ahead.expect("it proposes");
+    (slot.length, slot.delay, slot.turn.to_degrees().round() as i64)
+}
+
+fn pattern(plan: &Plan) -> Rule {
+    plan.rule_in(None, "minors.pattern").expect("a pattern")
+}
+
+#[test]
+fn a_map_tells_the_value_at_the_place() {
+    let rule =
+        pattern(&settled("width: site.map(\"density\").between(40, 200), count: site.map(\"density\").scale(8)"));
+    let near = |(length, delay, _): (f64, u32, i64)| ((length * 10.0).round() / 10.0, delay);
+    assert_eq!(near(proposed(rule.clone(), 0.0, 500.0)), (40.0, 0));
+    assert_eq!(near(proposed(rule.clone(), 500.0, 500.0)), (120.0, 4));
+    assert_eq!(near(proposed(rule, 1000.0, 500.0)), (200.0, 8));
+}
+
+#[test]
+fn a_district_has_its_own_value() {
+    let values = "width: by_district(#{ \"old town\": 30, harbour: site.map(\"density\").scale(100, 100) }, 90), \
+                  count: by_district(#{ harbour: 7 }), style: by_district(#{ \"old town\": \"bent\" }, \"plain\")";
+    let rule = pattern(&settled(values));
+    assert_eq!(proposed(rule.clone(), 100.0, 900.0), (30.0, 3, 10));
+    assert_eq!(proposed(rule.clone(), 600.0, 900.0), (90.0, 3, 0));
+    let (length, delay, turn) = proposed(rule, 900.0, 100.0);
+    assert!((length - 190.0).abs() < 1.0 && (delay, turn) == (7, 0), "{length} {delay} {turn}");
+}
+
+#[test]
+fn blocks_are_asked_at_their_place_too() {
+    let text = format!("parcels: rule(\"mine\", #{{ width: {} }})", "by_district(#{ \"old town\": 30 }, 90)");
+    let mut plan = city("", &text).expect("fine");
+    plan.settle(places()).expect("settles");
+    let parcels = ParcelPattern::new(plan.rule_in(None, "parcels").expect("a rule"), Arc::default());
+    let least_area = |x: f64| {
+        let (place, seed, district) = (Vec2::new(x, 500.0), Seed(1), String::new());
+        match parcels.choose(BlockContext { area: 9e3, perimeter: 400.0, density: 0.0, place, district, seed }) {
+            ParcelChoice::Recursive(settings) => settings.least_area,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!([least_area(100.0), least_area(700.0)], [30.0, 90.0]);
+}
+
+#[test]
+fn what_is_set_by_hand_stands_above_values_by_place() {
+    let mut plan = settled("width: by_district(#{ \"old town\": 30 }, 90)");
+    plan.set("minors.pattern.width=77").expect("in range");
+    assert_eq!([100.0, 700.0].map(|x| proposed(pattern(&plan), x, 500.0).0), [77.0, 77.0]);
+    let quarters = "quarters: #{ \"0123456789abcdef0123456789abcdef\": #{ width: by_district(#{ harbour: 50 }, 60) } }";
+    let mut plan = city("width: by_district(#{ \"old town\": 30 }, 90)", quarters).expect("fine");
+    plan.settle(places()).expect("settles");
+    let quarter = "0123456789abcdef0123456789abcdef".parse().ok();
+    let there = plan.rule_in(quarter, "minors.pattern").expect("a pattern");
+    assert_eq!([100.0, 900.0].map(|x| proposed(there.clone(), x, 100.0).0), [60.0, 50.0]);
+    assert_eq!([100.0, 900.0].map(|x| proposed(pattern(&plan), x, 100.0).0), [30.0, 90.0]);
+}
+
+#[test]
+fn values_read_as_people_write_them() {
+    let plan =
+        settled("width: by_district(#{ \"old town\": 30, harbour: site.map(\"density\").between(40, 200) }, 90)");
+    let told: Vec<String> = plan.parameters().into_iter().map(|param| param.value.to_string()).collect();
+    assert_eq!(
+        told,
+        ["map density × 160 + 40 held between 40 and 200 in harbour, 30 in old town, else 90", "3", "plain"]
+    );
+    assert_ne!(pattern(&plan).fingerprint(), pattern(&settled("width: 90")).fingerprint());
+    assert_eq!(plan.param_maps().len(), 1);
+}
+
+#[test]
+fn mistakes_in_the_script_are_placed() {
+    let says = |values: &str| headline(&city(values, "").expect_err("wrong"));
+    let at = "city.rhai:4:";
+    for (values, wrong) in [
+        ("width: by_district(#{ harbour: 7 }, 90)", "`width` must be a number from 20 to 500 m, not 7 (in `harbour`)"),
+        (
+            "width: by_district(#{ harbour: 30 }, \"x\")",
+            "`width` must be a number from 20 to 500 m, not a text (in `all else`)",
+        ),
+        ("width: by_district(#{})", "by_district names no district"),
+        ("style: site.map(\"density\")", "`style` must be one of `plain`, `bent`, not a map of the site"),
+        ("width: site.map(\"density\").between(1, \"b\")", "`high` must be a number, not a text"),
+        ("width: site.map(\"density\").clamp(9, 3)", "the range runs from high to low"),
+        ("width: site.map(\"density\").blur(9)", "there is no function `blur`"),
+    ] {
+        let told = says(values);
+        assert!(told.starts_with(at) && told.ends_with(wrong), "{values}: {told}");
+    }
+    let unknown = city("width: by_district(#{ \"old twon\": 30 })", "").expect_err("unknown");
+    assert!(
+        headline(&unknown)
+            .ends_with("minors.pattern: `width` differs in `old twon`, but the city has no district of that name")
+    );
+    assert_eq!(unknown.hint.as_deref(), Some("did you mean `old town`?"));
+}
+
+#[test]
+fn values_that_leave_their_range_are_refused_before_building() {
+    let wrong = |values: &str| {
+        let mut plan = city(values, "").expect("reads");
+        plan.settle(places()).expect_err("out of range")
+    };
+    let error = wrong("width: site.map(\"density\").scale(100)");
+    assert_eq!(
+        error.message,
+        "minors.pattern: `width` must be a number from 20 to 500 m, but `map density × 100 + 0` goes from 0 to 100"
+    );
+    assert!(error.hint.is_some_and(|hint| hint.contains(".between(low, high)")));
+    assert!(
+        wrong("count: by_district(#{ harbour: site.map(\"density\").scale(20) })")
+            .message
+            .contains("goes from 0 to 20")
+    );
+    assert!(
+        wrong("width: site.map(\"parks\")")
+            .message
+            .contains("is read from a map `parks`, which the site does not have")
+    );
+    let mut plan = city("width: by_district(#{ harbour: 30 })", "").expect("reads");
+    let nowhere = Places { districts: Arc::default(), ..places() };
+    let error = plan.settle(nowhere).expect_err("no districts");
+    assert!(error.message.contains("`width` differs in `harbour`, but the city has no district"), "{error}");
+}
+
+proptest! {
+    #[test]
+    fn any_map_stays_in_its_range_and_reads_as_the_map_does(
+        values in prop::collection::vec(-3.0f32..3.0, 16), x in 0.0..1000.0f64, y in 0.0..1000.0f64,
+    ) {
+        let map = Raster::new(4, 4, 250.0, Vec2::ZERO, values).expect("a map");
+        let mut plan = city("width: site.map(\"density\").between(20, 500), count: site.map(\"density\").scale(3, 1).clamp(0, 9)", "").expect("reads");
+        plan.settle(places_of(map.clone())).expect("in range whatever the map");
+        let (width, count, _) = proposed(pattern(&plan), x, y);
+        let at = Point::from_metres(Vec2::new(x, y)).metres();
+        let share = map.bilinear(at);
+        prop_assert!((20.0..=500.0).contains(&width));
+        prop_assert!((width - (20.0 + 480.0 * share.clamp(0.0, 1.0))).abs() < 1e-6);
+        prop_assert_eq!(count, (share * 3.0 + 1.0).clamp(0.0, 9.0).round() as u32);
+    }
+}
