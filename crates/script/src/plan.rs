@@ -1,12 +1,12 @@
 //! What a city script asks for, as plain data: the input of every stage.
 
 use crate::fault::Fault;
-use crate::param::{ParamError, Places, Value, unknown_district};
+use crate::param::{Domain, Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::rule::{Rule, RuleKind};
 use geom::{Id, Vec2};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use streets::growth::Constraints;
+use streets::growth::{Constraints, Field};
 use streets::{Class, StreetId};
 
 /// A map of the site, by name.
@@ -131,7 +131,9 @@ pub struct StreetPlan {
     /// What they keep to: a rule with `constraints(p)`; the kernel's own when none.
     pub constraints: Option<Rule>,
     /// Full right-of-way in metres; that of the class when none.
-    pub width: Option<f64>,
+    pub width: Option<Value>,
+    /// The same where it differs by place, once it is read from a site: each piece of street takes that of its start.
+    pub widths: Option<Field>,
     /// Where growth starts, in metres; the kernel's own choice when empty.
     pub seeds: Vec<Vec2>,
     /// Further seeds are planted farther than this from every street, in metres; the stage's own distance when none.
@@ -151,6 +153,14 @@ impl StreetPlan {
             None => Ok(None),
             Some(GoalPlan::Fixed(goal)) => Ok(Some(goal.clone())),
             Some(GoalPlan::Rule(rule)) => crate::words::goal_of(rule).map(Some),
+        }
+    }
+
+    /// Full right-of-way in metres, where the plan tells one for everywhere.
+    pub fn constant_width(&self) -> Option<f64> {
+        match self.width.as_ref()?.constant()? {
+            Literal::Number(width) => Some(*width),
+            _ => None,
         }
     }
 
@@ -196,6 +206,10 @@ pub struct Plan {
     pub parcels: Option<Rule>,
     /// What stands on parcels: a rule with `build(shape, p)`.
     pub buildings: Option<Rule>,
+    /// Rules for parcels in districts that have their own, by the district's name.
+    pub district_parcels: BTreeMap<String, Rule>,
+    /// Rules for buildings in districts that have their own.
+    pub district_buildings: BTreeMap<String, Rule>,
     /// What differs in single quarters.
     pub quarters: BTreeMap<Id, QuarterPlan>,
     /// Streets taken out by hand after growth, by id.
@@ -216,29 +230,38 @@ pub struct RoleParam {
 }
 
 impl Plan {
-    /// The roles that rules play in this plan, in the order of the stages.
-    pub fn roles(&self) -> Vec<(&'static str, &Rule)> {
+    /// The roles that rules play in this plan, in the order of the stages. A district's own rule for parcels plays
+    /// `parcels.` and the district's name.
+    pub fn roles(&self) -> Vec<(String, &Rule)> {
         let mut found = Vec::new();
-        for (plan, [goals, pattern, constraints]) in [
-            (&self.highways, ["highways.goals", "highways.pattern", "highways.constraints"]),
-            (&self.majors, ["majors.goals", "majors.pattern", "majors.constraints"]),
-            (&self.minors, ["minors.goals", "minors.pattern", "minors.constraints"]),
-        ] {
+        let classes = [(&self.highways, "highways"), (&self.majors, "majors"), (&self.minors, "minors")];
+        for (plan, class) in classes {
             let Some(plan) = plan else { continue };
             if let Some(GoalPlan::Rule(rule)) = &plan.goals {
-                found.push((goals, rule));
+                found.push((format!("{class}.goals"), rule));
             }
-            found.push((pattern, &plan.pattern));
-            found.extend(plan.constraints.iter().map(|rule| (constraints, rule)));
+            found.push((format!("{class}.pattern"), &plan.pattern));
+            found.extend(plan.constraints.iter().map(|rule| (format!("{class}.constraints"), rule)));
         }
-        found.extend(self.parcels.iter().map(|rule| ("parcels", rule)));
-        found.extend(self.buildings.iter().map(|rule| ("buildings", rule)));
+        for (role, whole, own) in [
+            ("parcels", &self.parcels, &self.district_parcels),
+            ("buildings", &self.buildings, &self.district_buildings),
+        ] {
+            found.extend(whole.iter().map(|rule| (role.to_owned(), rule)));
+            found.extend(own.iter().map(|(district, rule)| (format!("{role}.{district}"), rule)));
+        }
         found
+    }
+
+    /// The districts with a rule of their own in a role such as `parcels`.
+    pub fn districts_of(&self, role: &str) -> impl Iterator<Item = &str> {
+        let own = if role == "parcels" { &self.district_parcels } else { &self.district_buildings };
+        own.keys().map(String::as_str)
     }
 
     /// Every parameter that `--set` reaches, in the order of the stages and of the authors.
     pub fn parameters(&self) -> Vec<RoleParam> {
-        let of_rule = |(role, rule): (&'static str, &Rule)| {
+        let of_rule = |(role, rule): (String, &Rule)| {
             let of_param = |(param, value): (&crate::param::Param, &crate::param::Value)| RoleParam {
                 address: format!("{role}.{}", param.name),
                 rule: rule.name().to_owned(),
@@ -261,8 +284,8 @@ impl Plan {
             return Ok(());
         }
         let (role, name) = self.address(address.trim())?;
-        let changed = self.rule(role).with_text(&name, text)?;
-        *self.rule_mut(role) = changed;
+        let changed = self.rule(&role).with_text(&name, text)?;
+        *self.rule_mut(&role) = changed;
         Ok(())
     }
 
@@ -270,7 +293,9 @@ impl Plan {
     pub fn param_maps(&self) -> Vec<&MapRef> {
         let of_rules = self.roles().into_iter().flat_map(|(_, rule)| rule.params().iter().map(|(_, value)| value));
         let of_quarters = self.quarters.values().flat_map(|quarter| quarter.set.values());
-        let mut maps: Vec<&MapRef> = of_rules.chain(of_quarters).flat_map(Value::maps).collect();
+        let streets = [&self.highways, &self.majors, &self.minors].into_iter().flatten();
+        let widths = streets.filter_map(|plan| plan.width.as_ref());
+        let mut maps: Vec<&MapRef> = of_rules.chain(of_quarters).chain(widths).flat_map(Value::maps).collect();
         maps.sort();
         maps.dedup();
         maps
@@ -286,12 +311,29 @@ impl Plan {
         let places = Arc::new(places);
         let ids: Vec<Id> = self.quarters.keys().copied().collect();
         for (role, rule) in roles {
-            rule.params().check(&places).map_err(|error| within(role, error))?;
-            let own = ids.iter().filter_map(|&id| self.rule_in(Some(id), role));
+            rule.params().check(&places).map_err(|error| within(&role, error))?;
+            let own = ids.iter().filter_map(|&id| self.rule_in(Some(id), &role));
             own.map(|rule| rule.params().check(&places))
                 .collect::<Result<(), _>>()
-                .map_err(|error| within(role, error))?;
-            *self.rule_mut(role) = rule.with(rule.params().on(&places));
+                .map_err(|error| within(&role, error))?;
+            *self.rule_mut(&role) = rule.with(rule.params().on(&places));
+        }
+        let known: Vec<&str> = places.districts.names().iter().map(String::as_str).collect();
+        self.check_rules_of_districts(&known)?;
+        let classes = [(&mut self.highways, "highways"), (&mut self.majors, "majors"), (&mut self.minors, "minors")];
+        for (plan, class) in classes {
+            plan.as_mut().map_or(Ok(()), |plan| plan.settle_width(&places)).map_err(|error| within(class, error))?;
+        }
+        Ok(())
+    }
+
+    /// Holds the districts that have rules of their own against those there are.
+    fn check_rules_of_districts(&self, known: &[&str]) -> Result<(), ParamError> {
+        for role in ["parcels", "buildings"] {
+            if let Some(unknown) = self.districts_of(role).find(|name| !known.contains(name)) {
+                let (message, hint) = unknown_district(unknown, known);
+                return Err(ParamError { message: format!("{role} {message}"), hint });
+            }
         }
         Ok(())
     }
@@ -302,7 +344,8 @@ impl Plan {
         if known.is_empty() {
             return Ok(());
         }
-        let of_rule = |(role, rule): (_, &Rule)| {
+        self.check_rules_of_districts(&known)?;
+        let of_rule = |(role, rule): (String, &Rule)| {
             let named = rule
                 .params()
                 .iter()
@@ -310,7 +353,7 @@ impl Plan {
             let unknown = named.into_iter().find(|(_, name)| !known.contains(name));
             unknown.map(|(param, name)| {
                 let (message, hint) = unknown_district(name, &known);
-                within(role, ParamError { message: format!("`{param}` {message}"), hint })
+                within(&role, ParamError { message: format!("`{param}` {message}"), hint })
             })
         };
         self.roles().into_iter().find_map(of_rule).map_or(Ok(()), Err)
@@ -338,7 +381,7 @@ impl Plan {
 
     /// What all rules printed: rule, text, how often.
     pub fn notes(&self) -> Vec<(String, String, u64)> {
-        let of_rule = |(_, rule): (&'static str, &Rule)| {
+        let of_rule = |(_, rule): (String, &Rule)| {
             let path = rule.path().to_owned();
             rule.notes().into_iter().map(move |(text, count)| (path.clone(), text, count)).collect::<Vec<_>>()
         };
@@ -349,40 +392,66 @@ impl Plan {
     }
 
     /// Splits `minors.pattern.block_width` into a role of this plan and a name.
-    pub(crate) fn address(&self, address: &str) -> Result<(&'static str, String), ParamError> {
+    pub(crate) fn address(&self, address: &str) -> Result<(String, String), ParamError> {
         let roles = self.roles();
-        let split = |role: &'static str| Some((role, address.strip_prefix(role)?.strip_prefix('.')?.to_owned()));
-        if let Some(found) = roles.iter().find_map(|(role, _)| split(role)) {
+        let split = |role: &str| {
+            let name = address.strip_prefix(role)?.strip_prefix('.')?;
+            Some((role.to_owned(), name.to_owned()))
+        };
+        // `parcels.harbour` begins like `parcels`.
+        let found = roles.iter().filter_map(|(role, _)| split(role)).max_by_key(|(role, _)| role.len());
+        if let Some(found) = found {
             return Ok(found);
         }
         let all: Vec<String> = self.parameters().into_iter().map(|parameter| parameter.address).collect();
         let names = all.iter().map(String::as_str).chain(["seed"]);
         let near = crate::names::nearest(address, names).map(|name| format!("did you mean `{name}`?"));
-        let known: Vec<&str> = roles.iter().map(|(role, _)| *role).collect();
+        let known: Vec<&str> = roles.iter().map(|(role, _)| role.as_str()).collect();
         let listed = || Some(format!("the roles of this city are {}", crate::names::listed(&known)));
         let message = format!("nothing in this city is called `{address}`");
         Err(ParamError { message, hint: near.or_else(listed) })
     }
 
-    fn rule(&self, role: &'static str) -> Rule {
+    fn rule(&self, role: &str) -> Rule {
         let found = self.roles().into_iter().find(|(name, _)| *name == role);
         found.map(|(_, rule)| rule.clone()).expect("`address` gives roles of this plan only")
     }
 
-    fn rule_mut(&mut self, role: &'static str) -> &mut Rule {
+    fn rule_mut(&mut self, role: &str) -> &mut Rule {
         let (part, slot) = role.split_once('.').unwrap_or((role, ""));
-        let rule = match part {
-            "parcels" => self.parcels.as_mut(),
-            "buildings" => self.buildings.as_mut(),
-            "highways" => self.highways.as_mut().and_then(|plan| plan.rule_mut(slot)),
-            "majors" => self.majors.as_mut().and_then(|plan| plan.rule_mut(slot)),
+        let rule = match (part, slot) {
+            ("parcels", "") => self.parcels.as_mut(),
+            ("parcels", district) => self.district_parcels.get_mut(district),
+            ("buildings", "") => self.buildings.as_mut(),
+            ("buildings", district) => self.district_buildings.get_mut(district),
+            ("highways", _) => self.highways.as_mut().and_then(|plan| plan.rule_mut(slot)),
+            ("majors", _) => self.majors.as_mut().and_then(|plan| plan.rule_mut(slot)),
             _ => self.minors.as_mut().and_then(|plan| plan.rule_mut(slot)),
         };
         rule.expect("`address` gives roles of this plan only")
     }
 }
 
+/// The width of streets as a parameter: what it may be.
+pub(crate) fn width_param() -> Param {
+    let domain = Domain::Number { unit: Unit::Metres, range: WIDTHS };
+    Param { name: "width".into(), domain, default: Literal::Number(WIDTHS.0), about: String::new() }
+}
+
+/// Narrowest and widest right-of-way that a script may ask for, metres.
+pub(crate) const WIDTHS: (f64, f64) = (0.5, 200.0);
+
 impl StreetPlan {
+    /// Reads widths by place from a site.
+    fn settle_width(&mut self, places: &Places) -> Result<(), ParamError> {
+        let Some(value) = self.width.as_ref().filter(|width| width.constant().is_none()) else { return Ok(()) };
+        let param = width_param();
+        let wrong = |(message, hint): Misfit| ParamError { message: format!("`width` {message}"), hint };
+        places.check(&param, value).map_err(wrong)?;
+        self.widths = Some(places.field(&param, value));
+        Ok(())
+    }
+
     fn rule_mut(&mut self, slot: &str) -> Option<&mut Rule> {
         match slot {
             "pattern" => Some(&mut self.pattern),

@@ -126,6 +126,45 @@ fn what_is_set_by_hand_stands_above_values_by_place() {
 }
 
 #[test]
+fn streets_have_widths_by_place() {
+    let plan = |width: &str| {
+        let text = format!("majors: streets(#{{ pattern: rule(\"mine\"), width: {width} }})");
+        city("", &text).map_err(|fault| headline(&fault))
+    };
+    assert_eq!(plan("30").expect("fine").majors.expect("majors").constant_width(), Some(30.0));
+    let mut settled = plan("by_district(#{ \"old town\": 12 }, site.map(\"density\").between(20, 40))").expect("fine");
+    settled.settle(places()).expect("settles");
+    let majors = settled.majors.expect("majors");
+    let widths = majors.widths.as_ref().expect("widths by place");
+    let at = |x: f64| widths.at(Vec2::new(x, 500.0)).round();
+    assert_eq!((majors.constant_width(), [at(100.0), at(750.0), at(1000.0)]), (None, [12.0, 35.0, 40.0]));
+    let says = |width: &str| plan(width).expect_err("wrong");
+    assert!(says("300").ends_with("`width` must be a number from 0.5 to 200 m, not 300"), "{}", says("300"));
+    assert!(says("by_district(#{ harbour: 9 })").ends_with("needs a width for all other ground"));
+    let error = plan("site.map(\"density\")").expect("reads").settle(places()).expect_err("too narrow");
+    assert!(error.message.starts_with("majors: `width` must be a number from 0.5 to 200 m, but"), "{error}");
+}
+
+#[test]
+fn districts_have_rules_of_their_own() {
+    let text = "parcels: by_district(#{ \"old town\": rule(\"mine\"), harbour: rule(\"mine\", #{ width: 40 }) }, rule(\"parcels/recursive\"))";
+    let mut plan = city("", text).expect("fine");
+    let roles: Vec<String> = plan.roles().into_iter().map(|(role, _)| role).collect();
+    assert_eq!(roles, ["minors.pattern", "parcels", "parcels.harbour", "parcels.old town"]);
+    plan.set("parcels.harbour.width=55").expect("in range");
+    plan.set("parcels.most_area=700").expect("in range");
+    assert!(plan.set("parcels.harbour.most_area=700").is_err(), "the harbour's rule has another");
+    let width =
+        |role: &str| plan.rule_in(None, role).and_then(|rule| rule.params().get("width").map(ToString::to_string));
+    assert_eq!([width("parcels.harbour"), width("parcels.old town")], [Some("55".into()), Some("80".into())]);
+    let says = |text: &str| headline(&city("", text).expect_err("wrong"));
+    let unknown = says("buildings: by_district(#{ harbur: rule(\"buildings/extruded\") })");
+    assert!(unknown.ends_with("buildings differs in `harbur`, but the city has no district of that name"), "{unknown}");
+    assert!(says("parcels: by_district(#{ harbour: 3 })").contains("`parcels` must be rule"));
+    assert!(says("parcels: by_district(#{ harbour: rule(\"streets/grid\") })").contains("has no `fn subdivide"));
+}
+
+#[test]
 fn values_read_as_people_write_them() {
     let plan =
         settled("width: by_district(#{ \"old town\": 30, harbour: site.map(\"density\").between(40, 200) }, 90)");

@@ -88,7 +88,7 @@ fn stages_say_where_they_start_and_how_they_end() {
 fn streets_carry_goals_and_constraints() {
     let plan = whole();
     let (majors, minors) = (plan.majors.expect("majors"), plan.minors.expect("minors"));
-    assert_eq!(majors.width, Some(26.0));
+    assert_eq!(majors.constant_width(), Some(26.0));
     let goal = majors.goal().expect("evaluates").expect("a goal");
     assert_eq!((goal.map.name.as_str(), goal.least, goal.pace, goal.full), ("density", 900.0, 0.0, None));
     let constraints = majors.constraints().expect("evaluates").expect("constraints");
@@ -129,7 +129,7 @@ fn quarters_differ_in_what_they_say() {
 #[test]
 fn parameters_are_addressed_by_role() {
     let mut plan = whole();
-    let roles: Vec<&str> = plan.roles().into_iter().map(|(role, _)| role).collect();
+    let roles: Vec<String> = plan.roles().into_iter().map(|(role, _)| role).collect();
     let wanted = ["majors.goals", "majors.pattern", "majors.constraints", "minors.pattern", "parcels", "buildings"];
     assert_eq!(roles, wanted);
     for parameter in plan.parameters() {

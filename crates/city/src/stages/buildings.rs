@@ -1,23 +1,28 @@
 //! Buildings: one parcel at a time.
 
 use super::land::Land;
-use super::{ByQuarter, Context, Origins};
+use super::{ByPlace, Context, Origins};
 use crate::{BuildError, Stage};
 use buildings::{Building, StartShape, extrude};
 use geom::{Id, Polygon};
 use layout::{Parcel, Use};
 use rayon::prelude::*;
-use script::{BuildingChoice, BuildingPattern, ShapeContext};
+use script::{BuildingChoice, BuildingPattern, Rule, ShapeContext};
 use std::collections::BTreeMap;
 
 /// Derives the buildings of all parcels that may carry one, by id.
 pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> Result<Vec<Building>, BuildError> {
-    let rule = context.sources.plan.buildings.clone();
-    let origin = origins.of(rule.as_ref().map_or("plain", |rule| rule.name()));
-    if rule.is_none() {
+    let plan = &context.sources.plan;
+    let rules: Vec<&Rule> = plan.buildings.iter().chain(plan.district_buildings.values()).collect();
+    if rules.is_empty() {
+        origins.of("plain");
         return Ok(Vec::new());
     }
-    let patterns = ByQuarter::of(context, "buildings", |rule| BuildingPattern::new(rule, context.faults.clone()));
+    let numbers: BTreeMap<&str, u16> = rules.into_iter().map(|rule| (rule.name(), origins.of(rule.name()))).collect();
+    let patterns = ByPlace::of(context, "buildings", |rule| {
+        let origin = numbers.get(rule.name()).copied().unwrap_or_default();
+        (BuildingPattern::new(rule, context.faults.clone()), origin)
+    });
     let quarter_of: BTreeMap<Id, Option<Id>> = land.blocks.iter().map(|block| (block.id, block.quarter)).collect();
     context.progress.begin(Stage::Buildings, land.parcels.len() as u64);
     let mut all: Vec<Building> = land
@@ -29,7 +34,7 @@ pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> R
                 return None;
             }
             let quarter = quarter_of.get(&parcel.block).copied().flatten();
-            raise(context, patterns.in_quarter(quarter)?, parcel, quarter, origin)
+            raise(context, &patterns, parcel, quarter)
         })
         .collect();
     context.check()?;
@@ -40,12 +45,13 @@ pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> R
 
 fn raise(
     context: &Context,
-    pattern: &BuildingPattern,
+    patterns: &ByPlace<(BuildingPattern, u16)>,
     parcel: &Parcel,
     quarter: Option<Id>,
-    origin: u16,
 ) -> Option<Building> {
     let place = parcel.polygon.centroid();
+    let district = context.district(place);
+    let (pattern, origin) = patterns.at(quarter, &district)?;
     let site = &context.sources.site;
     let density = context.density(place);
     let choice = pattern.choose(ShapeContext {
@@ -54,7 +60,7 @@ fn raise(
         density,
         max_height: site.map("max_height").map_or(f64::INFINITY, |map| map.nearest(place)),
         place,
-        district: context.district(place),
+        district,
         seed: context.seed(quarter).purpose("buildings").of(parcel.id),
     });
     let BuildingChoice::Extrude { height, setback } = choice else { return None };
@@ -64,7 +70,7 @@ fn raise(
         density,
         ground: ground(context, &parcel.polygon),
     };
-    extrude(&shape, height, setback).map(|building| Building { origin, ..building })
+    extrude(&shape, height, setback).map(|building| Building { origin: *origin, ..building })
 }
 
 /// Lowest and highest ground on an outline, metres.

@@ -1,6 +1,6 @@
 //! Land: blocks from faces, parcels from blocks, each block by itself.
 
-use super::{ByQuarter, Context};
+use super::{ByPlace, Context};
 use crate::{BuildError, Site, Stage, Until};
 use geom::{Id, Point, Polygon, Seed, Vec2};
 use layout::{Block, BlockSource, Parcel, Region, Use, buildable, recursive};
@@ -33,17 +33,14 @@ pub(crate) fn derive(
     if until == Until::Streets {
         return Ok(land);
     }
-    let patterns = ByQuarter::of(context, "parcels", |rule| ParcelPattern::new(rule, context.faults.clone()));
+    let patterns = ByPlace::of(context, "parcels", |rule| ParcelPattern::new(rule, context.faults.clone()));
     context.progress.begin(Stage::Parcels, land.blocks.len() as u64);
     let divided: Vec<(Vec<Parcel>, i128)> = land
         .blocks
         .par_iter()
         .map(|block| {
-            let parts = if context.cancel.is_cancelled() {
-                Default::default()
-            } else {
-                divide(context, patterns.in_quarter(block.quarter), block)
-            };
+            let parts =
+                if context.cancel.is_cancelled() { Default::default() } else { divide(context, &patterns, block) };
             context.progress.advance(1);
             parts
         })
@@ -61,7 +58,7 @@ pub(crate) fn derive(
 }
 
 /// Divides one block as its rule says, region by region.
-fn divide(context: &Context, pattern: Option<&ParcelPattern>, block: &Block) -> (Vec<Parcel>, i128) {
+fn divide(context: &Context, patterns: &ByPlace<ParcelPattern>, block: &Block) -> (Vec<Parcel>, i128) {
     let land = buildable(block);
     let mut parcels = Vec::new();
     let mut trimmed = land.dropped;
@@ -78,7 +75,7 @@ fn divide(context: &Context, pattern: Option<&ParcelPattern>, block: &Block) -> 
                 continue;
             }
         }
-        match choose(context, pattern, &region.polygon, seed) {
+        match choose(context, patterns, block.quarter, &region.polygon, seed) {
             ParcelChoice::Recursive(settings) => {
                 match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
                     Ok(division) => {
@@ -127,15 +124,22 @@ fn cover(site: &Site, region: &Polygon) -> Cover {
     }
 }
 
-fn choose(context: &Context, pattern: Option<&ParcelPattern>, region: &Polygon, seed: Seed) -> ParcelChoice {
-    let Some(pattern) = pattern else { return ParcelChoice::Whole };
+fn choose(
+    context: &Context,
+    patterns: &ByPlace<ParcelPattern>,
+    quarter: Option<Id>,
+    region: &Polygon,
+    seed: Seed,
+) -> ParcelChoice {
     let place = region.centroid();
+    let district = context.district(place);
+    let Some(pattern) = patterns.at(quarter, &district) else { return ParcelChoice::Whole };
     pattern.choose(BlockContext {
         area: region.area(),
         perimeter: region.perimeter(),
         density: context.density(place),
         place,
-        district: context.district(place),
+        district,
         seed,
     })
 }

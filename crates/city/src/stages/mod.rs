@@ -64,23 +64,31 @@ impl Origins {
     }
 }
 
-/// What a role's rule is made into: once for the city, and once for each quarter where the plan differs.
-pub(crate) struct ByQuarter<T> {
+/// What a role's rules are made into: one thing for the city, one for each district with a rule of its own, and each
+/// of them again for every quarter where the plan differs.
+pub(crate) struct ByPlace<T> {
     whole: Option<T>,
-    differing: BTreeMap<Id, T>,
+    districts: BTreeMap<String, T>,
+    quarters: BTreeMap<Id, (Option<T>, BTreeMap<String, T>)>,
 }
 
-impl<T> ByQuarter<T> {
-    /// Makes something of the rule that plays `role`.
+impl<T> ByPlace<T> {
+    /// Makes something of the rules that play `role`.
     pub fn of(context: &Context, role: &str, make: impl Fn(Rule) -> T) -> Self {
         let plan = &context.sources.plan;
-        let whole = plan.rule_in(None, role).map(&make);
-        let own = plan.quarters.keys().filter_map(|id| Some((*id, make(plan.rule_in(Some(*id), role)?))));
-        Self { whole, differing: own.collect() }
+        let whole = |quarter| plan.rule_in(quarter, role).map(&make);
+        let named = |quarter: Option<Id>| -> BTreeMap<String, T> {
+            let rule = |name: &str| plan.rule_in(quarter, &format!("{role}.{name}"));
+            plan.districts_of(role).filter_map(|name| Some((name.to_owned(), make(rule(name)?)))).collect()
+        };
+        let own = plan.quarters.keys().map(|&id| (id, (whole(Some(id)), named(Some(id)))));
+        Self { whole: whole(None), districts: named(None), quarters: own.collect() }
     }
 
-    /// What holds in a quarter.
-    pub fn in_quarter(&self, quarter: Option<Id>) -> Option<&T> {
-        quarter.and_then(|quarter| self.differing.get(&quarter)).or(self.whole.as_ref())
+    /// What holds in a quarter and a district (an empty name is none).
+    pub fn at(&self, quarter: Option<Id>, district: &str) -> Option<&T> {
+        let own = quarter.and_then(|quarter| self.quarters.get(&quarter));
+        let (whole, districts) = own.map_or((&self.whole, &self.districts), |(whole, districts)| (whole, districts));
+        districts.get(district).or(whole.as_ref())
     }
 }

@@ -164,9 +164,10 @@ fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &m
 /// How streets of a plan grow, with its parameters as they are.
 fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> Result<Growth, BuildError> {
     let is_major = class <= Classes::MAJOR;
-    let width = plan.width.unwrap_or(defaults(class).width);
+    let width = plan.constant_width().unwrap_or(defaults(class).width);
     let root = Id::root(defaults(class).stage.name(), &[]);
     let mut growth = Growth::new(class, units(width / 2.0), seed, root);
+    growth.widths = plan.widths.clone();
     growth.sprouts = plan.sprout;
     growth.records_refusals = context.traces;
     growth.constraints = match plan.constraints()? {

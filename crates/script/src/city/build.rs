@@ -1,7 +1,7 @@
 //! From the options of `city(#{ … })` to a plan.
 
 use super::site::site_of;
-use super::streets::rule_of;
+use super::streets::rules_of;
 use crate::fault::Complaint;
 use crate::host::kind_of;
 use crate::param::Value;
@@ -34,7 +34,11 @@ const KEYS: &[&str] = &[
 /// The plan of a city script.
 pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
     let mut options = Options::new("city", map, KEYS)?;
-    let rule = |value: Dynamic, key: &str, kind| rule_of(value, key, kind);
+    let mut rules = |key: &str, kind: RuleKind| {
+        options.take(key).map_or(Ok(Default::default()), |value| rules_of(value, key, kind))
+    };
+    let (parcels, district_parcels) = rules("parcels", RuleKind::Parcels)?;
+    let (buildings, district_buildings) = rules("buildings", RuleKind::Buildings)?;
     let mut plan = Plan {
         site: site(&mut options)?,
         within: options.of::<MapRef>("within", "a map, site.map(\"…\")")?,
@@ -46,8 +50,10 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
         highways: options.of::<StreetPlan>("highways", "streets(…)")?,
         majors: options.of::<StreetPlan>("majors", "streets(…)")?,
         minors: options.of::<StreetPlan>("minors", "streets(…)")?,
-        parcels: options.take("parcels").map(|value| rule(value, "parcels", RuleKind::Parcels)).transpose()?,
-        buildings: options.take("buildings").map(|value| rule(value, "buildings", RuleKind::Buildings)).transpose()?,
+        parcels,
+        buildings,
+        district_parcels,
+        district_buildings,
         quarters: BTreeMap::new(),
         removed: removed(&mut options)?,
     };
@@ -120,7 +126,7 @@ fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Value), 
     let address = if name.contains('.') { name.to_owned() } else { format!("minors.pattern.{name}") };
     let complain = |error: crate::ParamError| Complaint::new(error.message).maybe_hint(error.hint).key("quarters");
     let (role, name) = plan.address(&address).map_err(complain)?;
-    let rule = plan.rule_in(None, role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
+    let rule = plan.rule_in(None, &role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
     let params = rule.params().with_dynamic(&name, value).map_err(complain)?;
     let value = params.get(&name).cloned();
     let value = value.ok_or_else(|| Complaint::new(format!("there is no parameter `{name}`")))?;

@@ -3,16 +3,14 @@
 use crate::fault::{Complaint, Refusal};
 use crate::host::{is_inside, kind_of};
 use crate::names::hint;
-use crate::plan::{DensityGoal, GivenLine, GoalPlan, StreetImport, StreetPlan, decides};
+use crate::param::{ByDistrict, Value};
+use crate::plan::{DensityGoal, GivenLine, GoalPlan, StreetImport, StreetPlan, WIDTHS, decides, width_param};
 use crate::rule::{Rule, RuleKind};
 use crate::words::options::{Options, pair, text};
 use geom::{Point, Vec2};
 use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
 use std::collections::BTreeMap;
 use streets::{Class, Classes};
-
-/// Narrowest and widest right-of-way that a script may ask for, metres.
-const WIDTHS: (f64, f64) = (0.5, 200.0);
 
 pub(super) fn register(engine: &mut Engine) {
     engine
@@ -68,6 +66,17 @@ fn on_lattice(point: Dynamic) -> Result<Vec2, Complaint> {
 
 fn width(options: &mut Options) -> Result<Option<f64>, Complaint> {
     options.within("width", WIDTHS.0, WIDTHS.1, " m")
+}
+
+/// A width, from a map or by district too.
+fn width_by_place(value: &Dynamic) -> Result<Value, Complaint> {
+    if value.read_lock::<ByDistrict>().is_some_and(|values| values.other.is_none()) {
+        let help = "by_district(#{ harbour: 20 }, 16): the last is the width on all other ground";
+        return Err(Complaint::new("`width` by district needs a width for all other ground").hint(help).key("width"));
+    }
+    let param = width_param();
+    let read = param.domain.read_value(value, &param.default);
+    read.map_err(|(message, hint)| Complaint::new(format!("`width` {message}")).maybe_hint(hint).key("width"))
 }
 
 /// A street class by name.
@@ -127,7 +136,8 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
             .take("constraints")
             .map(|value| rule_of(value, "constraints", RuleKind::Constraints))
             .transpose()?,
-        width: width(&mut options)?,
+        width: options.take("width").map(|value| width_by_place(&value)).transpose()?,
+        widths: None,
         seeds: options
             .list("seeds")?
             .into_iter()
@@ -157,6 +167,19 @@ fn goals(value: Dynamic) -> Result<GoalPlan, Complaint> {
     let given = kind_of(&value);
     let wrong = || Complaint::new(format!("`goals` must be density(…) or a rule, not {given}")).key("goals");
     value.try_cast().map(GoalPlan::Fixed).ok_or_else(wrong)
+}
+
+/// Rules that decide what a role needs: one everywhere, or one for each district.
+pub(super) fn rules_of(
+    value: Dynamic,
+    key: &str,
+    kind: RuleKind,
+) -> Result<(Option<Rule>, BTreeMap<String, Rule>), Complaint> {
+    let Some(rules) = value.read_lock::<ByDistrict>().map(|rules| rules.clone()) else {
+        return Ok((Some(rule_of(value, key, kind)?), BTreeMap::new()));
+    };
+    let named = rules.named.into_iter().map(|(name, rule)| Ok((name, rule_of(rule, key, kind)?)));
+    Ok((rules.other.map(|rule| rule_of(rule, key, kind)).transpose()?, named.collect::<Result<_, Complaint>>()?))
 }
 
 /// A rule that decides what a role needs.

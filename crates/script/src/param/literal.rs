@@ -60,7 +60,7 @@ pub(crate) type Misfit = (String, Option<String>);
 impl Domain {
     /// Reads a value that a city script gives: the same everywhere, from a map, or by district, where `default` is what
     /// holds on ground that nothing is said about.
-    pub(super) fn read_value(&self, value: &Dynamic, default: &Literal) -> Result<Value, Misfit> {
+    pub(crate) fn read_value(&self, value: &Dynamic, default: &Literal) -> Result<Value, Misfit> {
         if let Some(values) = value.read_lock::<ByDistrict>() {
             let read = |value: &Dynamic| self.read_value(value, default);
             let (named, other) = values.read(read, || default.clone().into())?;

@@ -8,7 +8,7 @@ mod value;
 
 pub(crate) use declare::{Declared, register};
 pub use literal::Literal;
-use literal::Misfit;
+pub(crate) use literal::Misfit;
 pub(crate) use literal::colour;
 pub use places::Places;
 pub(crate) use places::unknown_district;

@@ -39,7 +39,7 @@ impl Placed {
 
 impl Places {
     /// Whether a value can be read here, and lies in its range everywhere.
-    pub(super) fn check(&self, param: &Param, value: &Value) -> Result<(), Misfit> {
+    pub(crate) fn check(&self, param: &Param, value: &Value) -> Result<(), Misfit> {
         match value {
             Value::Constant(_) => Ok(()),
             Value::Map(map) => self.check_map(param, map),
@@ -96,7 +96,7 @@ impl Places {
     }
 
     /// A number by place. Rounding of a map's values never leads out of the range.
-    fn field(&self, param: &Param, value: &Value) -> Field {
+    pub(crate) fn field(&self, param: &Param, value: &Value) -> Field {
         let default = number(&param.default);
         match value {
             Value::Constant(literal) => Field::Constant(number(literal)),

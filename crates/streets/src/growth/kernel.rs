@@ -248,6 +248,8 @@ impl<'a> Grower<'a> {
         let mut wait = None;
         for (branch, slot) in successors {
             let Some(mut slot) = slot else { continue };
+            let width = || self.settings.widths.as_ref().map(|widths| widths.at(origin.at.metres()));
+            slot.width = slot.width.or_else(width);
             if !branch.goes_on() {
                 let goal = &self.settings.goal;
                 slot.delay = slot.delay.saturating_add(*wait.get_or_insert_with(|| goal.delay(origin.at.metres())));

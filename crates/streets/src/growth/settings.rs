@@ -1,6 +1,6 @@
 //! What a growth is told: class, goal, constraints, limits, seeds.
 
-use super::{Constraints, Goal};
+use super::{Constraints, Field, Goal};
 use crate::Class;
 use geom::{Angle, Id, Point, Seed};
 
@@ -26,6 +26,8 @@ pub struct Growth {
     pub class: Class,
     /// Half of their right-of-way in LSB, where a rule says nothing else.
     pub half_width: i32,
+    /// Full right-of-way in metres by place, instead: each piece of street takes that of its start.
+    pub widths: Option<Field>,
     /// Demand for streets.
     pub goal: Goal,
     /// What adjusts or refuses proposals.
@@ -48,6 +50,7 @@ impl Growth {
         Self {
             class,
             half_width,
+            widths: None,
             goal: Goal::none(),
             constraints: Constraints::default(),
             limits: Limits::default(),
