@@ -9,7 +9,7 @@ pub(crate) mod samples;
 mod tests;
 mod validity;
 
-pub use hull::{OrientedBox, convex_hull, min_area_box};
+pub use hull::{OrientedBox, convex_hull, min_area_box, min_area_box_of_hull};
 pub use validity::ring_is_simple;
 
 use crate::predicates::{dot, on_segment, orient};

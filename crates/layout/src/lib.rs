@@ -6,12 +6,14 @@
 pub mod blocks;
 pub mod model;
 pub mod region;
+mod side;
 pub mod subdivide;
 
 pub use blocks::{BlockSource, blocks};
 pub use model::{Block, Body, Joint, Parcel, Region, Use};
 pub use region::{Buildable, buildable};
-pub use subdivide::{Division, RecursiveSettings, SettingsError, recursive, subdivide};
+pub use side::longest_side;
+pub use subdivide::{Division, Inner, RecursiveSettings, SettingsError, Squared, recursive, subdivide};
 
 #[cfg(test)]
 mod samples;

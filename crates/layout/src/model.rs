@@ -79,6 +79,13 @@ impl Region {
     }
 }
 
+impl Parcel {
+    /// Whether it lies behind others and may be built on all the same.
+    pub fn is_inner(&self) -> bool {
+        self.usage == Use::Built && self.access.is_empty()
+    }
+}
+
 /// What a parcel is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Use {
@@ -103,6 +110,8 @@ pub struct Parcel {
     pub polygon: Polygon,
     /// Streets it fronts, by id, with the length of frontage in metres.
     pub access: Vec<(StreetId, f64)>,
+    /// For each edge of the outer ring, by the corner it starts at: which entry of `access` it fronts.
+    pub sides: Vec<Option<u16>>,
     /// What it is for.
     pub usage: Use,
 }

@@ -79,18 +79,10 @@ fn main() {
     let seed = geom::Seed(1);
     let place = geom::Vec2::ZERO;
     let parcels = ParcelPattern::new(host.rule("parcels/recursive").unwrap(), faults.clone());
-    let block = BlockContext { area: 9000.0, perimeter: 400.0, density: 1000.0, place, district: String::new(), seed };
+    let block = BlockContext { density: 1000.0, place, ..BlockContext::bare(9000.0, seed) };
     println!("{:<40} {:>8.0} ns", "parcels/recursive", median(|| _ = black_box(parcels.choose(block.clone()))));
     let buildings = BuildingPattern::new(host.rule("buildings/extruded").unwrap(), faults.clone());
-    let shape = ShapeContext {
-        area: 500.0,
-        frontage: 20.0,
-        density: 9000.0,
-        max_height: f64::INFINITY,
-        place,
-        district: String::new(),
-        seed,
-    };
+    let shape = ShapeContext { density: 9000.0, place, ..ShapeContext::bare(500.0, seed) };
     println!("{:<40} {:>8.0} ns", "buildings/extruded", median(|| _ = black_box(buildings.choose(shape.clone()))));
     assert!(faults.is_empty(), "{:?}", faults.sorted());
 }

@@ -26,7 +26,8 @@ pub use plan::{
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{
-    BlockContext, BuildingChoice, BuildingPattern, ParcelChoice, ParcelPattern, ShapeContext, StreetPattern,
+    BareGround, BlockContext, BuildingChoice, BuildingPattern, Ground, ParcelChoice, ParcelPattern, ShapeContext,
+    StreetPattern, StreetSide,
 };
 
 use host::{Modules, Shelves, Texts};

@@ -103,7 +103,7 @@ fn blocks_are_asked_at_their_place_too() {
     let parcels = ParcelPattern::new(plan.rule_in(None, "parcels").expect("a rule"), Arc::default());
     let least_area = |x: f64| {
         let (place, seed, district) = (Vec2::new(x, 500.0), Seed(1), String::new());
-        match parcels.choose(BlockContext { area: 9e3, perimeter: 400.0, density: 0.0, place, district, seed }) {
+        match parcels.choose(BlockContext { place, district, ..BlockContext::bare(9e3, seed) }) {
             ParcelChoice::Recursive(settings) => settings.least_area,
             other => panic!("{other:?}"),
         }

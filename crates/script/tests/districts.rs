@@ -2,6 +2,7 @@
 
 mod common;
 
+use buildings::{Envelope, Setbacks};
 use common::{city, headline, rule, tip};
 use geom::{Bounds, Point, Polygon, Seed, Vec2};
 use script::{
@@ -82,12 +83,11 @@ fn rules_know_the_district_of_their_place() {
     let buildings = BuildingPattern::new(buildings.expect("loads"), faults.clone());
     let choices = ["harbour", ""].map(|district| {
         let district = district.to_owned();
-        let block =
-            BlockContext { area: 900.0, perimeter: 120.0, density: 0.0, place, district: district.clone(), seed };
-        let shape = ShapeContext { area: 900.0, frontage: 9.0, density: 0.0, max_height: 99.0, place, district, seed };
+        let block = BlockContext { place, district: district.clone(), ..BlockContext::bare(900.0, seed) };
+        let shape = ShapeContext { place, district, ..ShapeContext::bare(900.0, seed) };
         (parcels.choose(block), buildings.choose(shape))
     });
-    let raised = BuildingChoice::Extrude { height: 9.0, setback: 0.0 };
+    let raised = BuildingChoice::Extrude(Envelope { height: 9.0, setbacks: Setbacks::Even(0.0), coverage: 1.0 });
     assert_eq!(choices, [(ParcelChoice::Open, raised), (ParcelChoice::Whole, BuildingChoice::None)]);
     assert!(faults.is_empty(), "{:?}", faults.sorted());
 }

@@ -152,7 +152,12 @@ impl<W: Write> Features<W> {
         let access: Vec<_> = parcel.access.iter().map(|(street, _)| street).collect();
         self.field("access", &access)?;
         self.field("use", use_name(parcel.usage))?;
-        self.no_tags()?;
+        // An inner parcel lies behind others: no access is asked of it.
+        if parcel.is_inner() {
+            self.out.write_all(b",\"tags\":{\"inner\":true}")?;
+        } else {
+            self.no_tags()?;
+        }
         self.polygon(&parcel.polygon)
     }
 

@@ -2,7 +2,7 @@
 //! missing, so that [`crate::validate`] can say which feature lacks what. Only text that is no GeoJSON is an error.
 
 use serde::Deserialize;
-use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -109,6 +109,8 @@ pub struct Properties {
     pub access: Option<Vec<String>>,
     /// What a parcel is for.
     pub usage: Option<String>,
+    /// Whether its tags say that it is an inner parcel, which needs no access.
+    pub inner: bool,
     /// The parcel of a building.
     pub parcel: Option<String>,
     /// Height of a building in metres.
@@ -193,6 +195,8 @@ enum Value {
     Number(f64),
     Flag(bool),
     Texts(Vec<String>),
+    /// The keys of a map whose values are true.
+    Flags(Vec<String>),
     Nothing,
 }
 
@@ -220,7 +224,7 @@ impl Value {
             Self::Flag(flag) => flag,
             Self::Number(number) => number != 0.0,
             Self::Text(text) => !text.is_empty(),
-            Self::Texts(texts) => !texts.is_empty(),
+            Self::Texts(texts) | Self::Flags(texts) => !texts.is_empty(),
             Self::Nothing => false,
         }
     }
@@ -278,8 +282,11 @@ impl<'de> Visitor<'de> for AnyValue {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
-        while map.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
-        Ok(Value::Nothing)
+        let mut flags = Vec::new();
+        while let Some((key, value)) = map.next_entry::<String, Value>()? {
+            flags.extend(value.truth().then_some(key));
+        }
+        Ok(Value::Flags(flags))
     }
 }
 
@@ -327,6 +334,7 @@ impl Properties {
             "block" => self.block = value.id(),
             "access" => self.access = if let Value::Texts(texts) = value { Some(texts) } else { None },
             "use" => self.usage = value.text(),
+            "tags" => self.inner = matches!(value, Value::Flags(flags) if flags.iter().any(|flag| flag == "inner")),
             "parcel" => self.parcel = value.id(),
             "height" => self.height = value.number(),
             _ => {}

@@ -1,11 +1,14 @@
 //! Land: blocks from faces, parcels from blocks, each block by itself.
 
+use super::ground::CityGround;
 use super::{ByPlace, Context};
 use crate::{BuildError, Site, Stage, Until};
+use geom::polygon::min_area_box;
 use geom::{Id, Point, Polygon, Seed, Vec2};
-use layout::{Block, BlockSource, Parcel, Region, Use, buildable, recursive};
+use layout::{Block, BlockSource, Parcel, Region, Use, buildable, longest_side, recursive};
 use rayon::prelude::*;
 use script::{BlockContext, ParcelChoice, ParcelPattern};
+use std::sync::Arc;
 use streets::StreetGraph;
 use streets::faces::Faces;
 
@@ -17,6 +20,8 @@ pub(crate) struct Land {
     pub trimmed: i128,
     /// How many parcels stay open.
     pub open: usize,
+    /// What rules may ask of a place.
+    pub ground: Arc<CityGround>,
 }
 
 /// Derives blocks and, unless the build ends with streets, parcels.
@@ -29,7 +34,8 @@ pub(crate) fn derive(
 ) -> Result<Land, BuildError> {
     let source = BlockSource::new(graph, faces, quarters);
     let blocks: Vec<Block> = (0..faces.faces.len()).into_par_iter().map(|face| source.block(face)).collect();
-    let mut land = Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0 };
+    let ground = Arc::new(CityGround::new(context, graph));
+    let mut land = Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0, ground };
     if until == Until::Streets {
         return Ok(land);
     }
@@ -39,8 +45,11 @@ pub(crate) fn derive(
         .blocks
         .par_iter()
         .map(|block| {
-            let parts =
-                if context.cancel.is_cancelled() { Default::default() } else { divide(context, &patterns, block) };
+            let parts = if context.cancel.is_cancelled() {
+                Default::default()
+            } else {
+                divide(context, &land.ground, &patterns, block)
+            };
             context.progress.advance(1);
             parts
         })
@@ -58,7 +67,12 @@ pub(crate) fn derive(
 }
 
 /// Divides one block as its rule says, region by region.
-fn divide(context: &Context, patterns: &ByPlace<ParcelPattern>, block: &Block) -> (Vec<Parcel>, i128) {
+fn divide(
+    context: &Context,
+    ground: &Arc<CityGround>,
+    patterns: &ByPlace<ParcelPattern>,
+    block: &Block,
+) -> (Vec<Parcel>, i128) {
     let land = buildable(block);
     let mut parcels = Vec::new();
     let mut trimmed = land.dropped;
@@ -75,7 +89,7 @@ fn divide(context: &Context, patterns: &ByPlace<ParcelPattern>, block: &Block) -
                 continue;
             }
         }
-        match choose(context, patterns, block.quarter, &region.polygon, seed) {
+        match choose(context, ground, patterns.at(block.quarter, &district_of(context, region)), region, seed) {
             ParcelChoice::Recursive(settings) => {
                 match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
                     Ok(division) => {
@@ -126,22 +140,36 @@ fn cover(site: &Site, region: &Polygon) -> Cover {
 
 fn choose(
     context: &Context,
-    patterns: &ByPlace<ParcelPattern>,
-    quarter: Option<Id>,
-    region: &Polygon,
+    ground: &Arc<CityGround>,
+    pattern: Option<&ParcelPattern>,
+    region: &Region,
     seed: Seed,
 ) -> ParcelChoice {
-    let place = region.centroid();
-    let district = context.district(place);
-    let Some(pattern) = patterns.at(quarter, &district) else { return ParcelChoice::Whole };
+    let Some(pattern) = pattern else { return ParcelChoice::Whole };
+    let (polygon, place) = (&region.polygon, inner_place(&region.polygon));
     pattern.choose(BlockContext {
-        area: region.area(),
-        perimeter: region.perimeter(),
+        area: polygon.area(),
+        perimeter: polygon.perimeter(),
         density: context.density(place),
         place,
-        district,
+        district: context.district(place),
+        extent: min_area_box(&polygon.outer).half * 2.0,
+        longest_side: longest_side(&polygon.outer),
+        streets: ground.sides(&region.access()),
+        ground: ground.clone(),
         seed,
     })
+}
+
+/// The district of a region.
+fn district_of(context: &Context, region: &Region) -> String {
+    context.district(inner_place(&region.polygon))
+}
+
+/// The centroid, or the inner point farthest from the rim where that lies outside.
+pub(super) fn inner_place(polygon: &Polygon) -> Vec2 {
+    let centroid = polygon.centroid();
+    if polygon.contains(Point::from_metres(centroid)) { centroid } else { polygon.pole(1.0).metres() }
 }
 
 /// A region as one parcel.
@@ -149,5 +177,8 @@ fn whole(region: &Region, ordinal: usize, usage: Use) -> Parcel {
     let id = Id::root("whole region", &[region.block.0, ordinal as u128]);
     let access = region.access();
     let usage = if access.is_empty() { Use::Open } else { usage };
-    Parcel { id, block: region.block, polygon: region.polygon.clone(), access, usage }
+    let index = |street| access.iter().position(|(known, _)| *known == street).map(|index| index as u16);
+    let sides = region.frontage.first().map(|ring| ring.iter().map(|street| street.and_then(index)).collect());
+    let sides = sides.unwrap_or_default();
+    Parcel { id, block: region.block, polygon: region.polygon.clone(), access, sides, usage }
 }

@@ -1,6 +1,7 @@
 //! The stages of a build, each a function of what comes before.
 
 pub(crate) mod buildings;
+pub(crate) mod ground;
 pub(crate) mod land;
 pub(crate) mod streets;
 

@@ -200,7 +200,7 @@ pub fn check_access(ground: &Ground<'_>, until: Until, report: &mut ValidationRe
     for parcel in &ground.parcels {
         let Some(access) = &parcel.says.access else { continue };
         let who = [("parcel", parcel.id)];
-        if access.is_empty() && parcel.says.usage.as_deref() == Some("built") {
+        if access.is_empty() && parcel.says.usage.as_deref() == Some("built") && !parcel.says.inner {
             let message = format!("parcel {} is built but has no access", parcel.id);
             report.add("V10", &who, parcel.polygon.outer.first().copied(), message);
         }

@@ -239,6 +239,16 @@ fn what_is_built_has_access() {
 }
 
 #[test]
+fn inner_parcels_need_no_access() {
+    let inner = |file: &mut LayoutFile| {
+        let such = |f: &&mut Feature| f.properties.usage.as_deref() == Some("built");
+        let parcel = &mut file.features.iter_mut().find(such).unwrap().properties;
+        (parcel.access, parcel.inner) = (Some(Vec::new()), true);
+    };
+    assert!(broken_by(inner).is_empty());
+}
+
+#[test]
 fn witnesses_name_the_place() {
     let mut file = good();
     shift(first(&mut file, "parcel"), [1.0, 0.0]);

@@ -69,12 +69,17 @@ fn half_hull(points: impl Iterator<Item = Point>) -> Vec<Point> {
 /// of equal ones, the first hull edge counter-clockwise from the lexicographically least corner wins. A set without
 /// area gives a box without width; an empty one a box without size at the origin.
 pub fn min_area_box(points: &[Point]) -> OrientedBox {
-    let hull = convex_hull(points);
+    min_area_box_of_hull(&convex_hull(points))
+}
+
+/// The same for corners that are their own convex hull, counter-clockwise; of equal rectangles that on the first edge
+/// wins, so that a caller may say where a tie begins.
+pub fn min_area_box_of_hull(hull: &[Point]) -> OrientedBox {
     match hull[..] {
         [] => OrientedBox { centre: Vec2::ZERO, axis: Vec2::X, half: Vec2::ZERO },
         [p] => OrientedBox { centre: p.metres(), axis: Vec2::X, half: Vec2::ZERO },
-        [a, b] => Caliper::of(&[a, b], 0, &mut [1, 1, 0]).to_box(&hull),
-        _ => least_caliper(&hull).to_box(&hull),
+        [a, b] => Caliper::of(&[a, b], 0, &mut [1, 1, 0]).to_box(hull),
+        _ => least_caliper(hull).to_box(hull),
     }
 }
 

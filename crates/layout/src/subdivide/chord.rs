@@ -35,9 +35,9 @@ pub(super) enum Line {
     From(usize, Vec2),
 }
 
-/// The chord that a line cuts out of an outline, directed east, or north where it is upright; `None` when it misses the
-/// face or cannot be certified.
-pub(super) fn chord(map: &LandMap, outline: &Outline, line: Line) -> Option<Chord> {
+/// The chord that a line cuts out of an outline, from the end that comes first on it; `None` when it misses the face.
+/// Not certified yet: that takes longer than to see that another is better.
+pub(super) fn placed(map: &LandMap, outline: &Outline, line: Line) -> Option<Chord> {
     let (a, b) = match line {
         Line::Through(place, direction) => {
             let (a, b) = stretch(outline, place, direction)?;
@@ -48,8 +48,7 @@ pub(super) fn chord(map: &LandMap, outline: &Outline, line: Line) -> Option<Chor
             (End { edge: corner, at: outline.points[corner], corner: true }, end)
         }
     };
-    let chord = if a.at < b.at { Chord { from: a, to: b } } else { Chord { from: b, to: a } };
-    is_certified(map, outline, &chord).then_some(chord)
+    Some(if a.edge <= b.edge { Chord { from: a, to: b } } else { Chord { from: b, to: a } })
 }
 
 /// The crossings of a line with the outline: (how far along the line in metres, edge, place).
@@ -126,10 +125,11 @@ pub(super) fn on_edge(map: &LandMap, half: u32, base: Point, offset: Vec2) -> Po
 fn nearest_inside(a: Point, b: Point, base: Point, exact: Vec2) -> Point {
     let (low, high) = (exact.floor(), exact.ceil());
     let cell = [low, high, Vec2::new(low.x, high.y), Vec2::new(high.x, low.y)];
-    let mut best = (f64::INFINITY, a);
+    let mut best = ((f64::INFINITY, 0), a);
     for corner in cell {
         let at = lattice(base, corner);
-        let off = corner.distance_squared(exact);
+        // Of two equally near the one nearer to `a`, whichever way the edge runs.
+        let off = (corner.distance_squared(exact), a.distance_squared(at));
         if off < best.0 && orient(a, b, at) >= 0 {
             best = (off, at);
         }
@@ -144,7 +144,7 @@ fn lattice(base: Point, offset: Vec2) -> Point {
 }
 
 /// Whether cutting here leaves every piece simple, with no short edge; exact.
-fn is_certified(map: &LandMap, outline: &Outline, chord: &Chord) -> bool {
+pub(super) fn is_certified(map: &LandMap, outline: &Outline, chord: &Chord) -> bool {
     let (s, t) = (chord.from, chord.to);
     s.at.distance_squared(t.at) >= i64::from(PARCEL_EDGE) * i64::from(PARCEL_EDGE)
         && leads_inside(outline, &s, t.at)

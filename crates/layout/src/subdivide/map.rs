@@ -79,7 +79,7 @@ impl LandMap {
             self.halves.push(Half { origin: corner + i, next, prev, face: 0, street });
             self.halves.push(Half { origin: corner + after, next: 0, prev: 0, face: OUTSIDE, street });
         }
-        self.faces[0].rims.push(half);
+        self.faces[0].rims.push(half + 2 * first_corner(ring, frontage) as u32);
     }
 
     /// Where a half starts.
@@ -122,6 +122,13 @@ impl LandMap {
         let ring = |&first: &u32| self.rim(first).map(|half| self.start(half)).collect();
         let mut rings = self.faces[face as usize].rims.iter().map(ring);
         Polygon { outer: rings.next().unwrap_or_default(), holes: rings.collect() }
+    }
+
+    /// For each edge of a face's outer rim, which of its streets it fronts, as `index` numbers them.
+    pub fn sides(&self, face: u32, index: impl Fn(u16) -> Option<usize>) -> Vec<Option<u16>> {
+        let first = self.faces[face as usize].rims.first();
+        let side = |half: u32| index(self.half(half).street).map(|index| index as u16);
+        first.map(|&first| self.rim(first).map(side).collect()).unwrap_or_default()
     }
 
     /// Puts a corner on the edge of a half, for the faces on both of its sides, and returns the half that starts there.
@@ -187,4 +194,14 @@ impl LandMap {
             }
         }
     }
+}
+
+/// The corner that a rim is read from: where its first street by id begins, so that a turned region is divided in the
+/// same way, turned; the longest such edge, or the first corner of a rim along one street.
+fn first_corner(ring: &[Point], frontage: &[Option<StreetId>]) -> usize {
+    let n = ring.len();
+    let street = |i: usize| frontage.get(i % n).copied().flatten();
+    let begins = |&i: &usize| street(i).is_some() && street(i) != street(i + n - 1);
+    let length = |i: usize| ring[i].distance_squared(ring[(i + 1) % n]);
+    (0..n).filter(begins).min_by_key(|&i| (street(i), std::cmp::Reverse(length(i)))).unwrap_or(0)
 }

@@ -1,7 +1,8 @@
 //! One face of the map, laid out for trying cuts on it.
 
+use super::chord::End;
 use super::map::{LandMap, NO_STREET};
-use geom::polygon::{OrientedBox, min_area_box};
+use geom::polygon::{OrientedBox, convex_hull, min_area_box_of_hull};
 use geom::{Point, Vec2};
 use smallvec::SmallVec;
 
@@ -88,11 +89,32 @@ impl Outline {
         p.metres() - self.points[0].metres()
     }
 
-    /// The smallest rectangle around it, in places.
+    /// The smallest rectangle around it, in places. Of equal ones, that on the first side; its axis points so that the
+    /// first corner lies behind the middle: a turned outline has its rectangle turned with it.
     pub fn smallest_box(&self) -> OrientedBox {
         let base = self.points[0];
         let offset = |p: &Point| Point::new(p.x.saturating_sub(base.x), p.y.saturating_sub(base.y));
-        min_area_box(&self.points.iter().map(offset).collect::<SmallVec<[Point; 16]>>())
+        let offsets: SmallVec<[Point; 16]> = self.points.iter().map(offset).collect();
+        let mut hull = convex_hull(&offsets);
+        let first = offsets.iter().find_map(|p| hull.iter().position(|corner| corner == p));
+        hull.rotate_left(first.unwrap_or(0));
+        let mut around = min_area_box_of_hull(&hull);
+        if around.axis.dot(around.centre) < 0.0 {
+            around.axis = -around.axis;
+        }
+        around
+    }
+
+    /// The corners of the part that runs from one end of a chord along the rim to the other.
+    pub fn corners_of_part(&self, first: &End, last: &End) -> SmallVec<[Point; 16]> {
+        let mut corners: SmallVec<[Point; 16]> = smallvec::smallvec![first.at];
+        let mut edge = first.edge;
+        while edge != last.edge {
+            edge = self.next(edge);
+            corners.push(self.points[edge]);
+        }
+        corners.push(last.at);
+        corners
     }
 
     pub fn len(&self) -> usize {

@@ -1,9 +1,10 @@
 //! After the cuts: pieces that are too small, too thin, or without access join a neighbour; what lies landlocked joins
 //! to courts.
 
-use super::RecursiveSettings;
 use super::map::{LandMap, OUTSIDE};
 use super::outline::Measure;
+use super::{Inner, RecursiveSettings, convexity};
+use geom::Point;
 use smallvec::SmallVec;
 
 /// How stretched (see [`Measure::stretch`]) a piece may become by joining: a rectangle of 1 : 9.
@@ -34,8 +35,12 @@ impl<'a> Lots<'a> {
 
     /// Joins what should be joined; gives the measures by face.
     pub fn repair(mut self) -> Vec<Measure> {
-        self.join_all(Aim::Soundness);
-        self.join_all(Aim::Court);
+        if self.settings.join {
+            self.join_all(Aim::Soundness);
+        }
+        if self.settings.inner == Inner::Open {
+            self.join_all(Aim::Court);
+        }
         self.measures
     }
 
@@ -60,7 +65,7 @@ impl<'a> Lots<'a> {
     fn join(&mut self, face: u32, aim: Aim) -> bool {
         let measure = &self.measures[face as usize];
         let needs = match aim {
-            Aim::Soundness => !self.settings.is_sound(measure),
+            Aim::Soundness => !self.settings.is_sound(measure) && !self.may_lack_access(face),
             Aim::Court => !self.settings.has_access(measure),
         };
         if !needs {
@@ -71,6 +76,12 @@ impl<'a> Lots<'a> {
         let Some(joint) = self.joint(face, other) else { return false };
         self.merge(face, other, joint);
         true
+    }
+
+    /// Whether a face lacks nothing but access, which it may.
+    fn may_lack_access(&self, face: u32) -> bool {
+        let seed = self.settings.seed.of(self.map.faces[face as usize].path);
+        self.settings.is_roomy(&self.measures[face as usize]) && !self.settings.forces_access(seed)
     }
 
     /// Neighbours of a face, longest shared border first.
@@ -96,7 +107,8 @@ impl<'a> Lots<'a> {
             Aim::Court => !self.settings.has_access(b),
             Aim::Soundness => {
                 let small = a.area + b.area <= 2.0 * self.settings.most_area;
-                small && (self.settings.has_access(a) || self.settings.has_access(b))
+                let has_access = self.settings.has_access(a) || self.settings.has_access(b);
+                small && (has_access || self.settings.inner == Inner::Built)
             }
         }
     }
@@ -113,8 +125,10 @@ impl<'a> Lots<'a> {
         }
         let last = self.map.rim(first).take_while(|&half| borders(half)).last()?;
         let length: f64 = self.map.rim(first).take_while(|&half| borders(half)).map(|h| self.length(h)).sum();
-        (self.touch_nowhere_else(other, first, last) && !self.is_stretched(face, other, length))
-            .then_some((first, last))
+        (self.touch_nowhere_else(other, first, last)
+            && !self.is_stretched(face, other, length)
+            && !self.is_concave(face, other))
+        .then_some((first, last))
     }
 
     fn length(&self, half: u32) -> f64 {
@@ -126,6 +140,19 @@ impl<'a> Lots<'a> {
         let perimeter = a.perimeter + b.perimeter - 2.0 * shared;
         let joined = Measure { area: a.area + b.area, perimeter, ..Measure::default() };
         joined.stretch() > MOST_STRETCH.max(b.stretch())
+    }
+
+    /// Whether the two together would be more concave than is asked for, and than the larger one is already.
+    fn is_concave(&self, face: u32, other: u32) -> bool {
+        let least = self.settings.least_convexity;
+        if least <= 0.0 {
+            return false;
+        }
+        let corners = |face: u32| self.map.halves_of(face).map(|half| self.map.start(half));
+        let area = |face: u32| self.measures[face as usize].area;
+        let both: SmallVec<[Point; 32]> = corners(face).chain(corners(other)).collect();
+        let alone: SmallVec<[Point; 32]> = corners(other).collect();
+        convexity(area(face) + area(other), &both) < least.min(convexity(area(other), &alone))
     }
 
     /// Whether the face of `first` has no corner in common with another but those of the stretch up to `last`.

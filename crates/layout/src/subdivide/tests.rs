@@ -4,16 +4,34 @@ use geom::{Point, Polygon, boolean, predicates};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
+mod controls;
+mod turning;
+
+fn share() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), Just(1.0), 0.0..1.0f64]
+}
+
 fn settings() -> impl Strategy<Value = RecursiveSettings> {
-    (60.0..400.0f64, 1.5..6.0f64, 2.0..14.0f64, 0.0..0.4f64, any::<u64>()).prop_map(
-        |(least_area, ratio, least_frontage, irregularity, seed)| RecursiveSettings {
+    let sizes = (60.0..400.0f64, 1.5..6.0f64, 2.0..14.0f64, 0.0..0.4f64, any::<u64>());
+    let squared = prop_oneof![Just(Squared::Best), Just(Squared::Side), Just(Squared::Street)];
+    let inner = prop_oneof![Just(Inner::Open), Just(Inner::Built)];
+    let controls = (share(), share(), share(), squared, any::<bool>(), inner);
+    (sizes, controls).prop_map(|((least_area, ratio, least_frontage, irregularity, seed), controls)| {
+        let (spread, forced_access, convexity, squared, join, inner) = controls;
+        RecursiveSettings {
             least_area,
             most_area: least_area * ratio,
+            spread: spread * 0.9,
             least_frontage,
             irregularity,
+            forced_access,
+            least_convexity: convexity * 0.99,
+            squared,
+            join,
+            inner,
             seed: Seed(seed),
-        },
-    )
+        }
+    })
 }
 
 fn polygons(parcels: &[Parcel]) -> Vec<Polygon> {
@@ -70,13 +88,34 @@ fn check_shared_corners(parcels: &[Parcel]) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// V10: what may be built on has its frontage, which lies on the region's rim.
+/// V10: what may be built on has its frontage, which lies on the region's rim, or is an inner parcel where those are
+/// wanted; and it is as large and as convex as was asked for.
 fn check_access(parcel: &Parcel, settings: &RecursiveSettings) -> Result<(), TestCaseError> {
     if parcel.usage == Use::Built {
         let longest = parcel.access.iter().map(|&(_, length)| length).fold(0.0, f64::max);
-        prop_assert!(longest >= settings.least_frontage && parcel.polygon.area() >= settings.least_area - 1e-6);
+        let inner = settings.inner == Inner::Built && parcel.is_inner();
+        prop_assert!(longest >= settings.least_frontage && longest > 0.0 || inner);
+        prop_assert!(parcel.polygon.area() >= settings.least_area - 1e-6);
+        let filled = convexity(parcel.polygon.area(), &parcel.polygon.outer);
+        prop_assert!(filled >= settings.least_convexity - 1e-9, "fills {filled} of its hull");
     }
     prop_assert!(parcel.access.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    check_sides(parcel)
+}
+
+/// Every edge says which street it fronts, and lengths add up to those of the access list.
+fn check_sides(parcel: &Parcel) -> Result<(), TestCaseError> {
+    prop_assert_eq!(parcel.sides.len(), parcel.polygon.outer.len());
+    if !parcel.polygon.holes.is_empty() {
+        return Ok(());
+    }
+    for (i, &(_, length)) in parcel.access.iter().enumerate() {
+        let edges = geom::polygon::ring_edges(&parcel.polygon.outer).zip(&parcel.sides);
+        let fronting = edges.filter(|(_, side)| **side == Some(i as u16));
+        let sum: f64 = fronting.map(|((a, b), _)| a.distance(b)).sum();
+        prop_assert!((sum - length).abs() < 1e-6, "{sum} m of {length} m");
+    }
+    prop_assert!(parcel.sides.iter().flatten().all(|&i| usize::from(i) < parcel.access.len()));
     Ok(())
 }
 
@@ -187,4 +226,7 @@ fn senseless_settings_are_refused() {
     );
     assert!(wrong(RecursiveSettings { irregularity: f64::NAN, ..base }).starts_with("irregularity is NaN"));
     assert!(wrong(RecursiveSettings { most_area: 0.0, ..base }).contains("between 4 and"));
+    assert!(wrong(RecursiveSettings { spread: 1.0, ..base }).starts_with("spread is 1"));
+    assert!(wrong(RecursiveSettings { forced_access: -0.1, ..base }).contains("between 0 and 1"));
+    assert!(wrong(RecursiveSettings { least_convexity: 1.0, ..base }).contains("of the convex hull"));
 }

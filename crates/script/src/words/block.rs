@@ -1,17 +1,18 @@
 //! Parcel rules: `subdivide(block, p)`.
 
-use super::options::Options;
+use super::ground::{self, BareGround, Ground, Placed, StreetSide};
+use super::options::{Options, word};
 use super::{chance, property};
 use crate::fault::{Complaint, Faults, Refusal};
 use crate::host::{Caller, Handle, Located};
 use crate::rule::{Rule, RuleKind};
 use geom::{Seed, Vec2};
-use layout::RecursiveSettings;
+use layout::{Inner, RecursiveSettings, Squared};
 use rhai::{Engine, FuncRegistration, Map};
 use std::sync::Arc;
 
 /// What a parcel rule knows of a block.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct BlockContext {
     /// Area that parcels can cover, m².
     pub area: f64,
@@ -23,8 +24,35 @@ pub struct BlockContext {
     pub place: Vec2,
     /// The district there; empty where there is none.
     pub district: String,
+    /// Long and short side of the smallest rectangle around it, metres.
+    pub extent: Vec2,
+    /// Its longest side, edges that hardly turn counted as one, metres.
+    pub longest_side: f64,
+    /// The streets it fronts, by id.
+    pub streets: Vec<StreetSide>,
+    /// The land around.
+    pub ground: Arc<dyn Ground>,
     /// Its chance.
     pub seed: Seed,
+}
+
+impl BlockContext {
+    /// A square block of so many m² on bare land without streets.
+    pub fn bare(area: f64, seed: Seed) -> Self {
+        let side = area.max(0.0).sqrt();
+        Self {
+            area,
+            perimeter: 4.0 * side,
+            density: 0.0,
+            place: Vec2::ZERO,
+            district: String::new(),
+            extent: Vec2::splat(side),
+            longest_side: side,
+            streets: Vec::new(),
+            ground: Arc::new(BareGround),
+            seed,
+        }
+    }
 }
 
 /// What a parcel rule decides.
@@ -57,6 +85,16 @@ impl Located for Asked {
     }
 }
 
+impl Placed for Asked {
+    fn ground(&self) -> &dyn Ground {
+        &*self.block.ground
+    }
+
+    fn streets(&self) -> &[StreetSide] {
+        &self.block.streets
+    }
+}
+
 impl ParcelPattern {
     /// The pattern of a rule with `subdivide(block, p)`; what goes wrong is reported to `faults`.
     pub fn new(rule: Rule, faults: Arc<Faults>) -> Self {
@@ -82,13 +120,16 @@ pub(super) fn register(engine: &mut Engine) {
     property::<Asked, f64>(engine, "perimeter", |a| a.block.perimeter);
     property::<Asked, f64>(engine, "density", |a| a.block.density);
     property::<Asked, String>(engine, "district", |a| a.block.district.clone());
-    property::<Asked, f64>(engine, "x", |a| a.block.place.x);
-    property::<Asked, f64>(engine, "y", |a| a.block.place.y);
+    property::<Asked, f64>(engine, "length", |a| a.block.extent.x);
+    property::<Asked, f64>(engine, "width", |a| a.block.extent.y);
+    property::<Asked, f64>(engine, "longest_side", |a| a.block.longest_side);
+    property::<Asked, f64>(engine, "rectangularity", |a| a.block.area / (a.block.extent.x * a.block.extent.y));
     chance::<Asked>(engine, |a| a.block.seed);
-    word(engine, "whole", "The block becomes one parcel that may carry a building.", ParcelChoice::Whole);
-    word(engine, "open", "The block becomes one parcel that stays open.", ParcelChoice::Open);
+    ground::register::<Asked>(engine);
+    decision(engine, "whole", "The block becomes one parcel that may carry a building.", ParcelChoice::Whole);
+    decision(engine, "open", "The block becomes one parcel that stays open.", ParcelChoice::Open);
     FuncRegistration::new("recursive")
-        .with_params_info(["this", "#{ least_area, most_area, least_frontage, irregularity }"])
+        .with_params_info(["this", "#{ least_area, most_area, least_frontage, … }"])
         .with_comments(["/// The block is cut until parcels are small enough (areas in m², frontage in metres)."])
         .register_into_engine(engine, |this: &mut Handle<Asked>, options: Map| -> Result<(), Refusal> {
             this.with(|asked| {
@@ -98,7 +139,7 @@ pub(super) fn register(engine: &mut Engine) {
         });
 }
 
-fn word(engine: &mut Engine, name: &str, doc: &str, choice: ParcelChoice) {
+fn decision(engine: &mut Engine, name: &str, doc: &str, choice: ParcelChoice) {
     FuncRegistration::new(name).with_params_info(["this"]).with_comments([format!("/// {doc}")]).register_into_engine(
         engine,
         move |this: &mut Handle<Asked>| -> Result<(), Refusal> {
@@ -111,16 +152,40 @@ fn word(engine: &mut Engine, name: &str, doc: &str, choice: ParcelChoice) {
 }
 
 fn recursive(options: Map, seed: Seed) -> Result<RecursiveSettings, Complaint> {
-    let known = ["least_area", "most_area", "least_frontage", "irregularity"];
-    let mut options = Options::new("block.recursive", options, &known)?;
+    let mut options = Options::new("block.recursive", options, &RECURSIVE)?;
     let default = RecursiveSettings { seed, ..RecursiveSettings::default() };
+    let mut number = |key: &'static str, value: f64| Ok::<_, Complaint>(options.number(key)?.unwrap_or(value));
     let settings = RecursiveSettings {
-        least_area: options.number("least_area")?.unwrap_or(default.least_area),
-        most_area: options.number("most_area")?.unwrap_or(default.most_area),
-        least_frontage: options.number("least_frontage")?.unwrap_or(default.least_frontage),
-        irregularity: options.number("irregularity")?.unwrap_or(default.irregularity),
+        least_area: number("least_area", default.least_area)?,
+        most_area: number("most_area", default.most_area)?,
+        spread: number("spread", default.spread)?,
+        least_frontage: number("least_frontage", default.least_frontage)?,
+        irregularity: number("irregularity", default.irregularity)?,
+        forced_access: number("forced_access", default.forced_access)?,
+        least_convexity: number("least_convexity", default.least_convexity)?,
+        squared: word(&mut options, "squared", &SQUARED)?.unwrap_or(default.squared),
+        join: options.flag("join")?.unwrap_or(default.join),
+        inner: word(&mut options, "inner", &INNER)?.unwrap_or(default.inner),
         seed,
     };
     settings.check().map_err(|error| Complaint::new(error.to_string()))?;
     Ok(settings)
 }
+
+/// The options of `recursive`.
+const RECURSIVE: [&str; 10] = [
+    "least_area",
+    "most_area",
+    "spread",
+    "least_frontage",
+    "irregularity",
+    "forced_access",
+    "least_convexity",
+    "squared",
+    "join",
+    "inner",
+];
+
+const SQUARED: [(&str, Squared); 3] = [("best", Squared::Best), ("side", Squared::Side), ("street", Squared::Street)];
+
+const INNER: [(&str, Inner); 2] = [("open", Inner::Open), ("built", Inner::Built)];

@@ -1,12 +1,14 @@
 //! The words of the rule language: what `tip`, `block` and `shape` can be asked and told.
 
 mod block;
+mod ground;
 mod once;
 pub(crate) mod options;
 mod shape;
 mod tip;
 
 pub use block::{BlockContext, ParcelChoice, ParcelPattern};
+pub use ground::{BareGround, Ground, StreetSide};
 pub(crate) use once::{constraints_of, density, goal_of};
 pub use shape::{BuildingChoice, BuildingPattern, ShapeContext};
 pub use tip::StreetPattern;

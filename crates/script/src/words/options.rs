@@ -57,6 +57,11 @@ impl Options {
         self.take(key).map(|value| cast(value, key, kind)).transpose()
     }
 
+    /// Yes or no.
+    pub fn flag(&mut self, key: &str) -> Result<Option<bool>, Complaint> {
+        self.of::<bool>(key, "true or false")
+    }
+
     /// A text.
     pub fn text(&mut self, key: &str) -> Result<Option<String>, Complaint> {
         let value = self.take(key);
@@ -84,6 +89,17 @@ impl Options {
         let value = self.take(key);
         value.map(|value| size(value).map_err(|c| c.key(key))).transpose()
     }
+}
+
+/// An option that is one of a few words.
+pub(crate) fn word<T: Copy>(options: &mut Options, key: &str, words: &[(&str, T)]) -> Result<Option<T>, Complaint> {
+    let Some(text) = options.text(key)? else { return Ok(None) };
+    let names: Vec<&str> = words.iter().map(|(name, _)| *name).collect();
+    let wrong = || {
+        let message = format!("`{key}` must be one of {}, not `{text}`", crate::names::listed(&names));
+        Complaint::new(message).maybe_hint(hint(&text, names.iter().copied())).key(key)
+    };
+    words.iter().find(|(name, _)| *name == text).map(|(_, value)| Some(*value)).ok_or_else(wrong)
 }
 
 /// A value of a type.

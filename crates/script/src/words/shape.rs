@@ -1,50 +1,72 @@
 //! Building rules: `build(shape, p)`.
 
+use super::ground::{self, BareGround, Ground, Placed, StreetSide};
 use super::options::Options;
 use super::{chance, property, within};
 use crate::fault::{Complaint, Faults, Refusal};
 use crate::host::{Caller, Handle, Located};
 use crate::rule::{Rule, RuleKind};
+use buildings::{Envelope, Setbacks};
 use geom::{Seed, Vec2};
 use rhai::{Dynamic, Engine, FuncRegistration, Map};
 use std::sync::Arc;
 
 /// What a building rule knows of a parcel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ShapeContext {
     /// Area of the parcel, m².
     pub area: f64,
-    /// Length of its frontage on streets, metres.
-    pub frontage: f64,
+    /// How far it reaches along its longest front and square to it, metres; of the smallest rectangle where it fronts no
+    /// street.
+    pub extent: Vec2,
+    /// Whether it fronts two streets that meet at its corner.
+    pub is_corner: bool,
+    /// The streets it fronts, by id.
+    pub streets: Vec<StreetSide>,
     /// People per km² there.
     pub density: f64,
     /// Greatest height allowed there, metres; endless where nothing says so.
     pub max_height: f64,
-    /// A place inside it, metres: for messages.
+    /// A place inside it, metres: for maps and messages.
     pub place: Vec2,
     /// The district there; empty where there is none.
     pub district: String,
+    /// The land around.
+    pub ground: Arc<dyn Ground>,
     /// Its chance.
     pub seed: Seed,
+}
+
+impl ShapeContext {
+    /// A square parcel of so many m² on bare land without streets or limits.
+    pub fn bare(area: f64, seed: Seed) -> Self {
+        Self {
+            area,
+            extent: Vec2::splat(area.max(0.0).sqrt()),
+            is_corner: false,
+            streets: Vec::new(),
+            density: 0.0,
+            max_height: f64::INFINITY,
+            place: Vec2::ZERO,
+            district: String::new(),
+            ground: Arc::new(BareGround),
+            seed,
+        }
+    }
 }
 
 /// What a building rule decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BuildingChoice {
-    /// The parcel, less a setback, raised to a height; metres.
-    Extrude {
-        /// Height above the highest ground.
-        height: f64,
-        /// Distance kept free along the parcel's rim.
-        setback: f64,
-    },
+    /// A box that fills its envelope.
+    Extrude(Envelope),
     /// Nothing is built.
     None,
 }
 
 impl BuildingChoice {
     /// What stands on a parcel whose rule failed: a plain box of two floors.
-    pub const PLAIN: Self = Self::Extrude { height: 6.0, setback: 0.0 };
+    pub const PLAIN: Self = Self::Extrude(Envelope { height: 6.0, setbacks: Setbacks::Even(0.0), coverage: 1.0 });
 }
 
 /// A building rule, ready to be asked from any thread.
@@ -63,6 +85,16 @@ struct Asked {
 impl Located for Asked {
     fn place(&self) -> Vec2 {
         self.shape.place
+    }
+}
+
+impl Placed for Asked {
+    fn ground(&self) -> &dyn Ground {
+        &*self.shape.ground
+    }
+
+    fn streets(&self) -> &[StreetSide] {
+        &self.shape.streets
     }
 }
 
@@ -93,13 +125,15 @@ const WIDEST_SETBACK: f64 = 1_000.0;
 pub(super) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<Handle<Asked>>("shape");
     property::<Asked, f64>(engine, "area", |a| a.shape.area);
-    property::<Asked, f64>(engine, "frontage", |a| a.shape.frontage);
+    property::<Asked, f64>(engine, "width", |a| a.shape.extent.x);
+    property::<Asked, f64>(engine, "depth", |a| a.shape.extent.y);
+    property::<Asked, bool>(engine, "is_corner", |a| a.shape.is_corner);
+    property::<Asked, bool>(engine, "is_inner", |a| a.shape.streets.is_empty());
     property::<Asked, f64>(engine, "density", |a| a.shape.density);
     property::<Asked, f64>(engine, "max_height", |a| a.shape.max_height);
     property::<Asked, String>(engine, "district", |a| a.shape.district.clone());
-    property::<Asked, f64>(engine, "x", |a| a.shape.place.x);
-    property::<Asked, f64>(engine, "y", |a| a.shape.place.y);
     chance::<Asked>(engine, |a| a.shape.seed);
+    ground::register::<Asked>(engine);
     FuncRegistration::new("none")
         .with_params_info(["this"])
         .with_comments(["/// Nothing is built."])
@@ -111,8 +145,8 @@ pub(super) fn register(engine: &mut Engine) {
             choose(this, || extrude(&height, Map::new()))
         });
     FuncRegistration::new("extrude")
-        .with_params_info(["this", "height", "#{ setback }"])
-        .with_comments(["/// The same, keeping a distance from the parcel's rim."])
+        .with_params_info(["this", "height", "#{ setback, front, side, rear, coverage }"])
+        .with_comments(["/// The same, keeping distances from the parcel's rim and to a share of its area."])
         .register_into_engine(engine, |this: &mut Handle<Asked>, height: Dynamic, options: Map| {
             choose(this, || extrude(&height, options))
         });
@@ -127,7 +161,17 @@ fn choose(this: &Handle<Asked>, choice: impl FnOnce() -> Result<BuildingChoice, 
 
 fn extrude(height: &Dynamic, options: Map) -> Result<BuildingChoice, Complaint> {
     let height = within("the height", height, 0.1, HIGHEST, " m")?;
-    let mut options = Options::new("shape.extrude", options, &["setback"])?;
-    let setback = options.within("setback", 0.0, WIDEST_SETBACK, " m")?.unwrap_or(0.0);
-    Ok(BuildingChoice::Extrude { height, setback })
+    let mut options = Options::new("shape.extrude", options, &["setback", "front", "side", "rear", "coverage"])?;
+    let by_side = ["front", "side", "rear"].into_iter().find(|key| options.has(key));
+    if let (true, Some(key)) = (options.has("setback"), by_side) {
+        let message = format!("`setback` holds on all sides, so `{key}` says it twice");
+        return Err(Complaint::new(message).hint("write either setback, or front, side and rear").key(key));
+    }
+    let mut distance = |key| Ok::<_, Complaint>(options.within(key, 0.0, WIDEST_SETBACK, " m")?.unwrap_or(0.0));
+    let setbacks = match by_side {
+        Some(_) => Setbacks::Sides { front: distance("front")?, side: distance("side")?, rear: distance("rear")? },
+        None => Setbacks::Even(distance("setback")?),
+    };
+    let coverage = options.within("coverage", 0.0, 1.0, " of the parcel")?.unwrap_or(1.0);
+    Ok(BuildingChoice::Extrude(Envelope { height, setbacks, coverage }))
 }
