@@ -15,11 +15,12 @@ pub mod sources;
 mod stages;
 pub mod trace;
 pub mod validate;
+pub mod why;
 
 pub use build::{BuildError, Built, Settings, Until, build};
 pub use load::{LoadError, Loaded, Sources, load};
 pub use model::{Area, City};
 pub use progress::{Cancel, Progress, Silent, Stage};
-pub use report::Report;
+pub use report::{BuiltFrom, Report};
 pub use site::Site;
 pub use trace::Trace;

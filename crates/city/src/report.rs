@@ -3,17 +3,21 @@
 use crate::sources::ImportLog;
 use crate::{City, Sources};
 use script::{Fault, Faults};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog};
 
-/// The report of one build; `report.json` holds it. The same for the same city: no times, no paths.
+/// The report of one build; `report.json` holds it. The same for the same city: no times, no paths but how one
+/// gets from the report to the city.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Report {
     /// The city's name.
     pub city: String,
     /// Its seed, as text: JSON readers lose digits of large numbers.
     pub seed: String,
+    /// What it was built from, where a command built it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub built_from: Option<BuiltFrom>,
     /// How many there are of each kind.
     pub counts: BTreeMap<&'static str, usize>,
     /// Lengths of streets by class, metres.
@@ -28,6 +32,19 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// What went wrong in rules, each kind once with a count.
     pub faults: Vec<FaultReport>,
+}
+
+/// What a command built a city from, so that another can build it again.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BuiltFrom {
+    /// The city's folder or script, relative to the folder of the report where possible.
+    pub city: String,
+    /// The folder of further rules, likewise.
+    #[serde(default)]
+    pub rules: Option<String>,
+    /// The parameters set on the command line.
+    #[serde(default)]
+    pub set: Vec<String>,
 }
 
 /// Growth in numbers.

@@ -64,6 +64,11 @@ impl Trace {
         Self { given, stages: Vec::new() }
     }
 
+    /// The streets that were there before anything grew.
+    pub fn given(&self) -> &StreetGraph {
+        &self.given
+    }
+
     /// Adds a stage.
     pub(crate) fn push(&mut self, name: &'static str, grown: Grown) {
         self.stages.push(StageTrace { name, grown, finished: None });

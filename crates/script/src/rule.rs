@@ -198,6 +198,12 @@ impl Rule {
         Entry { arguments: function.params.to_vec(), body: Expr::Stmt(Box::new(statements)) }
     }
 
+    /// The line in which the body of the function of a kind begins.
+    pub fn line(&self, kind: RuleKind) -> Option<u32> {
+        let function = self.file.ast.shared_lib().get_script_fn(kind.function(), kind.arguments().len())?;
+        function.body.start_position().line().map(|line| line as u32)
+    }
+
     /// A stage of one's own to run functions on. Constants are copied: Rhai locks them when they are read.
     pub(crate) fn stage(&self) -> Stage {
         let mut global = self.file.state.clone();

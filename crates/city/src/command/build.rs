@@ -1,10 +1,13 @@
 //! `plat build`.
 
 use super::bars::Bars;
+use super::why::way;
 use super::{BuildArguments, Failure, Status};
 use city::export::{ColourBy, MapOptions};
 use city::progress::{Progress, Stage};
-use city::{BuildError, Built, Cancel, City, LoadError, Report, Settings, Sources, Trace, build, export, load};
+use city::{
+    BuildError, Built, BuiltFrom, Cancel, City, LoadError, Report, Settings, Sources, Trace, build, export, load,
+};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -27,7 +30,9 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
         eprintln!("{line}");
     }
     for assignment in &arguments.set {
-        loaded.set(assignment).map_err(|error| Failure::new(Status::Usage, format!("--set {assignment}: {error}")))?;
+        loaded
+            .set(assignment)
+            .map_err(|error| Failure::new(Status::Usage, format!("--set {assignment}: {}", param(&error))))?;
     }
     if let Some(seed) = arguments.seed {
         loaded.plan.seed = seed;
@@ -45,6 +50,7 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
         other => failed(&other),
     })?;
     bars.begin(Stage::Export, 0);
+    let report = Report { built_from: Some(built_from(arguments)), ..report };
     let mut json = serde_json::to_vec_pretty(&report).map_err(|error| failed(&error))?;
     json.push(b'\n');
     if arguments.colour_by == Some(ColourBy::District) && city.districts.is_empty() && !arguments.quiet {
@@ -67,6 +73,21 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
         written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
     Ok((report, written))
+}
+
+/// What is remembered of the command line, to build the same city again.
+fn built_from(arguments: &BuildArguments) -> BuiltFrom {
+    BuiltFrom {
+        city: way(&arguments.out, &arguments.city),
+        rules: arguments.rules.as_deref().map(|rules| way(&arguments.out, rules)),
+        set: arguments.set.clone(),
+    }
+}
+
+/// A parameter's error with its hint.
+pub fn param(error: &script::ParamError) -> String {
+    let hint = error.hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}"));
+    format!("{}{hint}", error.message)
 }
 
 /// Refuses colours by a map that the site does not have, before anything is built.

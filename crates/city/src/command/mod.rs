@@ -5,6 +5,7 @@ mod build;
 mod failure;
 mod stats;
 mod validate;
+mod why;
 
 use city::Until;
 use city::export::ColourBy;
@@ -36,6 +37,9 @@ enum Verb {
     /// Measures the streets and blocks of a layout, and holds the figures against those of a real place.
     #[command(after_help = STATS_HELP)]
     Stats(StatsArguments),
+    /// Says why something of a layout is there: its rule, parameters, maps, lineage, and what was refused around it.
+    #[command(after_help = WHY_HELP)]
+    Why(WhyArguments),
 }
 
 /// Arguments of `plat build`.
@@ -112,6 +116,37 @@ struct StatsArguments {
     json: bool,
 }
 
+/// Arguments of `plat why`.
+#[derive(clap::Args, Debug)]
+struct WhyArguments {
+    /// A layout.geojson that `plat build` wrote.
+    layout: PathBuf,
+    /// The id of a street, crossing, quarter, block, parcel or building in it; its first digits do.
+    id: String,
+    /// The city that the layout was built from, where report.json does not say.
+    #[arg(long, value_name = "CITY")]
+    city: Option<PathBuf>,
+    /// The seed it was built with, instead of the layout's.
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// The parameters it was built with, instead of those in report.json.
+    #[arg(long = "set", value_name = "ROLE.PARAM=VALUE")]
+    set: Vec<String>,
+    /// The folder of rules it was built with, instead of that in report.json.
+    #[arg(long, value_name = "DIR")]
+    rules: Option<PathBuf>,
+    /// Prints one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+const WHY_HELP: &str =
+    "The city is derived once more, which takes as long as its streets take to grow. report.json beside the layout says
+which city it was built from, and with which parameters.
+
+Exit status: 0 done; 1 the layout is not what the city gives now (the answer says how); 2 bad usage, or no such id;
+3 input failed.";
+
 const STATS_HELP: &str = "A street or block counts where its middle lies in the mask and the window. A file of ranges:
   {\"my_town\": {\"whole\": {\"order\": [0.6, 0.9], \"headings\": [151.5, 61.5]},
                \"windows\": {\"centre\": {\"window\": [0, 0, 1000, 1000], \"x_share\": [0.4, 0.9]}}}}
@@ -146,6 +181,7 @@ pub fn run() -> ExitCode {
         Verb::Build(build) => (build::run(build), build.json),
         Verb::Validate(validate) => (validate::run(validate), validate.json),
         Verb::Stats(stats) => (stats::run(stats), stats.json),
+        Verb::Why(why) => (why::run(why), why.json),
     };
     ExitCode::from(outcome.unwrap_or_else(|failure| failure.tell(json)) as u8)
 }

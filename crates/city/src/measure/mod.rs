@@ -12,6 +12,7 @@ mod network;
 mod scene;
 mod spread;
 
+pub(crate) use area::place_inside;
 pub use error::MeasureError;
 pub use judge::{Judged, Range, Ranges, Verdict};
 pub use scene::{Maps, Window};

@@ -103,6 +103,15 @@ pub fn lay_streets(graph: &mut StreetGraph, streets: &[ImportedStreet], options:
     log
 }
 
+/// The id of the street that a record of a file becomes.
+pub(crate) fn import_id(file_key: &str, record: &str) -> StreetId {
+    record_id(Id::of_text("imported file", file_key), record)
+}
+
+fn record_id(file: Id, record: &str) -> StreetId {
+    StreetId(file.with(&[Id::of_text("record", record).0]))
+}
+
 /// One street while it is laid.
 struct Laying<'a> {
     street: &'a ImportedStreet,
@@ -111,7 +120,7 @@ struct Laying<'a> {
 
 impl<'a> Laying<'a> {
     fn new(graph: &StreetGraph, street: &'a ImportedStreet, file: Id, origin: u16, log: &mut ImportLog) -> Self {
-        let id = StreetId(file.with(&[Id::of_text("record", &street.key).0]));
+        let id = record_id(file, &street.key);
         if let Some(name) = &street.name {
             log.names.insert(id, name.clone());
         }

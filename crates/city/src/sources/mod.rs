@@ -22,6 +22,7 @@ pub use district_map::{DistrictMap, Legend};
 pub use district_polygons::{DistrictFile, parse_districts, read_districts};
 pub use error::SourceError;
 pub use geojson_streets::{GeoJsonFrame, parse_geojson_streets, read_geojson_streets};
+pub(crate) use import::import_id;
 pub use import::{ImportLog, ImportOptions, RefusedStreet, into_graph, lay_streets};
 pub use imported::{ImportedStreet, StreetFile, class_of, class_width, file_key};
 pub(crate) use maps::has_legend;

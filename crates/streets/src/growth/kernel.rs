@@ -202,7 +202,8 @@ impl<'a> Grower<'a> {
         let met_unforeseen = !judged.outcome.ends_street() && self.graph.degree(end) > 1;
         let outcome = if met_unforeseen { Outcome::Snapped } else { judged.outcome };
         let is_reversed = proposal.is_reversed;
-        self.log.accepted.push(Accepted { lineage: proposal.lineage, line, is_reversed, outcome });
+        let proposed = Point::try_from_metres(proposal.target).unwrap_or(judged.to);
+        self.log.accepted.push(Accepted { lineage: proposal.lineage, line, is_reversed, outcome, proposed });
     }
 
     fn refuse(&mut self, proposal: &Proposal, reason: Refused) {

@@ -116,6 +116,8 @@ pub struct Accepted {
     pub is_reversed: bool,
     /// How it was adjusted.
     pub outcome: Outcome,
+    /// Where it should have ended before it was adjusted.
+    pub proposed: Point,
 }
 
 impl Accepted {

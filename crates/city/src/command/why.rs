@@ -1,0 +1,101 @@
+//! `plat why`.
+
+use super::{Failure, Status, WhyArguments};
+use city::export::{LayoutFile, REPORT, read_layout};
+use city::why::{Kind, explain, find};
+use city::{BuiltFrom, Cancel, Settings, Silent, Sources, build, load};
+use std::path::{Path, PathBuf};
+
+/// Derives the city of a layout once more, and says why something of it is there.
+pub fn run(arguments: &WhyArguments) -> Result<Status, Failure> {
+    let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
+    let layout = read_layout(&arguments.layout).map_err(|error| failed(&error))?;
+    let found = find(&layout, &arguments.id).map_err(|error| Failure::new(Status::Usage, error.to_string()))?;
+    let sources = sources(arguments, &layout)?;
+    let settings = Settings { until: found.kind.until(), traces: is_of_growth(found.kind), ..Settings::default() };
+    let built = build(&sources, settings, &Silent, &Cancel::default()).map_err(|error| failed(&error))?;
+    let answer = explain(&found, &layout, &sources, &built);
+    if arguments.json {
+        println!("{}", serde_json::to_string(&answer).map_err(|error| failed(&error))?);
+    } else {
+        print!("{answer}");
+    }
+    Ok(if answer.differs.is_empty() { Status::Done } else { Status::Faults })
+}
+
+fn is_of_growth(kind: Kind) -> bool {
+    matches!(kind, Kind::Street | Kind::Crossing | Kind::Quarter)
+}
+
+/// What the layout was built from, as the command line and the report beside it say.
+fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Failure> {
+    let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
+    let beside = arguments.layout.with_file_name(REPORT);
+    let told = built_from(&beside);
+    let from_report = |path: &String| plain(&beside.parent().unwrap_or(Path::new("")).join(path));
+    let city = arguments.city.clone().or_else(|| told.as_ref().map(|told| from_report(&told.city)));
+    let Some(city) = city else {
+        let message = format!(
+            "{} does not say which city the layout was built from\n  hint: name it: --city scripts/manhattan",
+            beside.display()
+        );
+        return Err(Failure::new(Status::Usage, message));
+    };
+    let told = told.unwrap_or_default();
+    let rules: Option<PathBuf> = arguments.rules.clone().or_else(|| told.rules.as_ref().map(from_report));
+    let mut loaded = load(&city, rules.as_deref()).map_err(|error| failed(&error))?;
+    let set = if arguments.set.is_empty() { &told.set } else { &arguments.set };
+    for assignment in set {
+        loaded.set(assignment).map_err(|error| {
+            Failure::new(Status::Usage, format!("--set {assignment}: {}", super::build::param(&error)))
+        })?;
+    }
+    let seed = layout.about.as_ref().and_then(|about| about.seed.as_ref()).and_then(|seed| seed.parse().ok());
+    loaded.plan.seed = arguments.seed.or(seed).unwrap_or(loaded.plan.seed);
+    loaded.read().map_err(|error| failed(&error))
+}
+
+/// What a report says; nothing where there is none, or it is not one.
+fn built_from(report: &Path) -> Option<BuiltFrom> {
+    let text = std::fs::read_to_string(report).ok()?;
+    let value: serde_json::Value = serde_json::from_str(&text).ok()?;
+    serde_json::from_value(value.get("built_from")?.clone()).ok()
+}
+
+/// A path without detours, from the present folder where it lies below it.
+fn plain(path: &Path) -> PathBuf {
+    let Ok(whole) = path.canonicalize() else { return path.to_path_buf() };
+    let here = std::env::current_dir().and_then(|here| here.canonicalize());
+    let below = here.ok().and_then(|here| whole.strip_prefix(here).ok().map(Path::to_path_buf));
+    below.filter(|below| !below.as_os_str().is_empty()).unwrap_or(whole)
+}
+
+/// The way from one folder to a file or folder; absolute where there is none.
+pub fn way(from: &Path, to: &Path) -> String {
+    let (Ok(from), Ok(to)) = (from.canonicalize(), to.canonicalize()) else { return to.display().to_string() };
+    let (here, there): (Vec<_>, Vec<_>) = (from.components().collect(), to.components().collect());
+    let common = here.iter().zip(&there).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return to.display().to_string();
+    }
+    let up = std::iter::repeat_n("..".to_owned(), here.len() - common);
+    let down = there[common..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
+    let parts: Vec<String> = up.chain(down).collect();
+    if parts.is_empty() { ".".into() } else { parts.join("/") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ways_go_up_and_down() {
+        let folder = tempfile::tempdir().unwrap();
+        let (out, city) = (folder.path().join("out/a"), folder.path().join("scripts/b"));
+        std::fs::create_dir_all(&out).unwrap();
+        std::fs::create_dir_all(&city).unwrap();
+        assert_eq!(way(&out, &city), "../../scripts/b");
+        assert_eq!(way(&out, &out), ".");
+        assert_eq!(way(folder.path(), &city), "scripts/b");
+    }
+}

@@ -1,0 +1,190 @@
+//! Finding what is asked about, and holding it against the city as it is now.
+
+use super::{Evidence, WhyError};
+use crate::Until;
+use crate::export::LayoutFile;
+use crate::export::geojson::write_layout;
+use crate::export::layout_file::{Feature, Geometry, parse_layout};
+use geom::Vec2;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Ids may be cut to this many digits where what is left is one thing's.
+const LEAST_PREFIX: usize = 4;
+
+/// What can be asked about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A street between two crossings, or a whole street by its name id.
+    Street,
+    /// A crossing.
+    Crossing,
+    /// A quarter.
+    Quarter,
+    /// A block.
+    Block,
+    /// A parcel.
+    Parcel,
+    /// A building.
+    Building,
+}
+
+impl Kind {
+    const ALL: [Self; 6] = [Self::Street, Self::Crossing, Self::Quarter, Self::Block, Self::Parcel, Self::Building];
+
+    /// What files call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Street => "street",
+            Self::Crossing => "crossing",
+            Self::Quarter => "quarter",
+            Self::Block => "block",
+            Self::Parcel => "parcel",
+            Self::Building => "building",
+        }
+    }
+
+    /// How far a city must be built to be asked.
+    pub fn until(self) -> Until {
+        match self {
+            Self::Street | Self::Crossing | Self::Quarter | Self::Block => Until::Streets,
+            Self::Parcel => Until::Parcels,
+            Self::Building => Until::Buildings,
+        }
+    }
+
+    fn of(feature: &Feature) -> Option<Self> {
+        let name = feature.properties.kind.as_deref()?;
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
+/// What was found in a layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// What it is.
+    pub kind: Kind,
+    /// Its whole id.
+    pub id: String,
+    /// Where its features stand in the layout: one, or all runs of a street asked for by its name id.
+    pub features: Vec<usize>,
+    /// Its middle, metres.
+    pub place: Vec2,
+}
+
+/// Finds what has an id: a feature, else a whole street by its name id, else the one thing whose id begins so.
+///
+/// # Errors
+/// [`WhyError::Unknown`] when there is nothing, or more than one thing.
+pub fn find(layout: &LayoutFile, id: &str) -> Result<Found, WhyError> {
+    let id = id.trim().to_lowercase();
+    if let Some(found) = exact(layout, &id) {
+        return Ok(found);
+    }
+    let alike: BTreeSet<&str> = if id.len() < LEAST_PREFIX {
+        BTreeSet::new()
+    } else {
+        ids(layout).filter(|other| other.starts_with(&id)).collect()
+    };
+    let mut alike = alike.into_iter();
+    match (alike.next(), alike.next()) {
+        (Some(only), None) => exact(layout, only).ok_or_else(|| unknown(layout, &id)),
+        (Some(one), Some(two)) => {
+            let count = 2 + alike.count();
+            let message = format!("{count} ids begin with `{id}`");
+            Err(WhyError::Unknown { message, hint: format!("give more digits: {one}, {two}, …") })
+        }
+        _ => Err(unknown(layout, &id)),
+    }
+}
+
+fn ids(layout: &LayoutFile) -> impl Iterator<Item = &str> {
+    let known = layout.features.iter().filter(|feature| Kind::of(feature).is_some());
+    known.flat_map(|feature| feature.properties.id.as_deref().into_iter().chain(feature.properties.street.as_deref()))
+}
+
+fn exact(layout: &LayoutFile, id: &str) -> Option<Found> {
+    let features = || layout.features.iter().enumerate();
+    let own =
+        features().find(|(_, feature)| feature.properties.id.as_deref() == Some(id) && Kind::of(feature).is_some());
+    if let Some((i, feature)) = own {
+        let place = middle(&feature.geometry)?;
+        return Some(Found { kind: Kind::of(feature)?, id: id.to_owned(), features: vec![i], place });
+    }
+    let runs: Vec<usize> =
+        features().filter(|(_, feature)| feature.properties.street.as_deref() == Some(id)).map(|(i, _)| i).collect();
+    let place = middle(&layout.features[*runs.get(runs.len() / 2)?].geometry)?;
+    Some(Found { kind: Kind::Street, id: id.to_owned(), features: runs, place })
+}
+
+fn unknown(layout: &LayoutFile, id: &str) -> WhyError {
+    let shared = |other: &str| id.bytes().zip(other.bytes()).take_while(|(a, b)| a == b).count();
+    let mut near: Vec<(usize, &str)> = ids(layout).map(|other| (shared(other), other)).collect();
+    near.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(b.1)));
+    near.dedup();
+    let near: Vec<&str> = near.into_iter().filter(|(count, _)| *count >= 3).take(3).map(|(_, id)| id).collect();
+    let hint = if near.is_empty() { what_there_is(layout) } else { format!("did you mean {}?", near.join(" or ")) };
+    WhyError::Unknown { message: format!("nothing in this layout has the id `{id}`"), hint }
+}
+
+fn what_there_is(layout: &LayoutFile) -> String {
+    let mut counts: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+    for feature in layout.features.iter().filter(|feature| Kind::of(feature).is_some()) {
+        if let (Some(kind), Some(id)) = (feature.properties.kind.as_deref(), feature.properties.id.as_deref()) {
+            counts.entry(kind).or_insert((0, id)).0 += 1;
+        }
+    }
+    let each: Vec<String> =
+        counts.iter().map(|(kind, (count, id))| format!("{count} of kind {kind}, such as {id}")).collect();
+    if each.is_empty() { "the layout is empty".into() } else { format!("there are {}", each.join("; ")) }
+}
+
+/// The middle of what a feature shows.
+fn middle(geometry: &Geometry) -> Option<Vec2> {
+    match geometry {
+        Geometry::Point(at) => Some(Vec2::from_array(*at)),
+        Geometry::LineString(line) => {
+            let at = |i: usize| Vec2::from_array(line[i]);
+            match line.len() {
+                0 => None,
+                n if n % 2 == 1 => Some(at(n / 2)),
+                n => Some(at(n / 2 - 1).midpoint(at(n / 2))),
+            }
+        }
+        Geometry::Polygon(rings) => crate::measure::place_inside(rings).map(Vec2::from_array),
+        Geometry::Nothing | Geometry::Other(_) => None,
+    }
+}
+
+/// How the layout differs from the city as it is now: in what is asked about, and in its streets as a whole.
+pub fn differences(found: &Found, evidence: &Evidence) -> Vec<String> {
+    let mut bytes = Vec::new();
+    // Writing to memory does not fail, and what is written reads back.
+    let now = write_layout(&evidence.built.city, &mut bytes).ok();
+    let Some(now) = now.and_then(|()| parse_layout(&bytes, Path::new("the city")).ok()) else { return Vec::new() };
+    let kind = found.kind.name();
+    let as_now = by_id(&now, kind);
+    let mut differs = Vec::new();
+    for feature in found.features.iter().map(|&i| &evidence.layout.features[i]) {
+        let id = feature.properties.id.as_deref().unwrap_or_default();
+        match as_now.get(id) {
+            None => differs.push(format!("the city no longer has {kind} {id}")),
+            Some(other) if *other != &feature.geometry => {
+                differs.push(format!("{kind} {id} now lies elsewhere or has another shape"));
+            }
+            Some(_) => {}
+        }
+    }
+    let (then, now) = (by_id(evidence.layout, "street"), by_id(&now, "street"));
+    let changed = then.iter().filter(|(id, line)| now.get(*id) != Some(line)).count();
+    let added = now.keys().filter(|id| !then.contains_key(*id)).count();
+    if changed + added > 0 {
+        differs.push(format!("{changed} of {} streets of the layout are gone or moved, {added} are new", then.len()));
+    }
+    differs
+}
+
+fn by_id<'a>(layout: &'a LayoutFile, kind: &str) -> BTreeMap<&'a str, &'a Geometry> {
+    let such = layout.features.iter().filter(|feature| feature.properties.kind.as_deref() == Some(kind));
+    such.filter_map(|feature| Some((feature.properties.id.as_deref()?, &feature.geometry))).collect()
+}

@@ -1,0 +1,110 @@
+//! Why a quarter, block, parcel or building is there.
+
+use super::lineage::logs;
+use super::{Answer, Evidence, Found, ground};
+use crate::export::layout_file::Properties;
+use geom::Id;
+use std::collections::BTreeMap;
+
+/// Streets of a rim that are told one by one.
+const MOST_STREETS: usize = 12;
+
+/// Explains a quarter: what closes it, and what grew in it.
+pub fn explain_quarter(found: &Found, evidence: &Evidence, answer: &mut Answer) {
+    let city = &evidence.built.city;
+    let id = found.id.parse::<Id>().ok();
+    let Some(quarter) = city.quarters.iter().find(|quarter| Some(quarter.id) == id) else { return };
+    answer.tell("what", format!("{} closed by highways, majors and the like", hectares(quarter.polygon.area())));
+    answer.tell("blocks", city.blocks.iter().filter(|block| block.quarter == id).count().to_string());
+    let plan = &evidence.sources.plan;
+    if let Some(seed) = plan.seed_in(quarter.id) {
+        answer.tell("seed", format!("{seed}, its own"));
+    }
+    if let Some(own) = plan.quarters.get(&quarter.id).filter(|own| !own.set.is_empty()) {
+        answer.tell("own values", own.set.keys().cloned().collect::<Vec<_>>().join(", "));
+    }
+    ground::tell_rules(answer, evidence.sources, "minors", id);
+    let Some(trace) = &evidence.built.trace else { return };
+    for log in logs(trace).iter().filter(|log| log.quarter == id) {
+        answer.tell("grown", format!("{} pieces of {} accepted", log.log.accepted.len(), log.stage));
+        for (reason, count) in log.log.refusals.iter() {
+            answer.tell("refused", format!("{count} × {reason}"));
+        }
+    }
+}
+
+/// Explains a block: the streets that close it.
+pub fn explain_block(found: &Found, evidence: &Evidence, answer: &mut Answer) {
+    let city = &evidence.built.city;
+    let id = found.id.parse::<Id>().ok();
+    let Some(block) = city.blocks.iter().find(|block| Some(block.id) == id) else { return };
+    answer.tell("what", format!("{} closed by {} streets", hectares(block.polygon.area()), block.streets.len()));
+    answer.tell("quarter", block.quarter.map_or("outside all quarters".into(), |quarter| quarter.to_string()));
+    for street in block.streets.iter().take(MOST_STREETS) {
+        let run = city.runs.iter().find(|run| run.street == *street);
+        let said = run.map(|run| {
+            let class = &city.graph.classes().info(run.class).name;
+            let origin = city.origins.get(usize::from(run.origin)).map_or("", String::as_str);
+            format!("{class} {street}, by {origin}")
+        });
+        answer.tell("closed by", said.unwrap_or_else(|| street.to_string()));
+    }
+    let inside = evidence.layout.features.iter().filter(|f| f.properties.block.as_deref() == Some(&found.id));
+    let mut uses: BTreeMap<&str, usize> = BTreeMap::new();
+    inside.for_each(|parcel| *uses.entry(parcel.properties.usage.as_deref().unwrap_or("unknown")).or_default() += 1);
+    if !uses.is_empty() {
+        let counts: Vec<String> = uses.iter().map(|(usage, count)| format!("{count} {usage}")).collect();
+        answer.tell("parcels", counts.join(", "));
+    }
+    ground::tell_rules(answer, evidence.sources, "parcels", block.quarter);
+}
+
+/// Explains a parcel: its block, what it fronts, and why it is open where it is.
+pub fn explain_parcel(found: &Found, evidence: &Evidence, answer: &mut Answer) {
+    let city = &evidence.built.city;
+    let id = found.id.parse::<Id>().ok();
+    let Some(parcel) = city.parcels.iter().find(|parcel| Some(parcel.id) == id) else { return };
+    let usage = crate::export::geojson::use_name(parcel.usage);
+    answer.tell("what", format!("{usage}, {:.0} m²", parcel.polygon.area()));
+    answer.tell("block", parcel.block.to_string());
+    for (street, metres) in &parcel.access {
+        answer.tell("fronts", format!("street {street} for {metres:.1} m"));
+    }
+    match parcel.usage {
+        layout::Use::Built => {}
+        layout::Use::Park => answer.tell("why", "most of its block is park on the map `parks`"),
+        _ if parcel.access.is_empty() => answer.tell("why", "it fronts no street, so nothing can be built on it"),
+        _ => answer.tell("why", "the rule leaves it open, it is too small or thin, or most of it is water"),
+    }
+    let quarter = city.blocks.iter().find(|block| block.id == parcel.block).and_then(|block| block.quarter);
+    ground::tell_rules(answer, evidence.sources, "parcels", quarter);
+    if parcel.usage == layout::Use::Built {
+        let building = evidence.layout.features.iter().find(|f| f.properties.parcel.as_deref() == Some(&found.id));
+        let id = building.and_then(|building| building.properties.id.clone());
+        answer.tell("building", id.unwrap_or_else(|| "none".into()));
+    }
+}
+
+/// Explains a building: its parcel, its height, and the rule that raised it.
+pub fn explain_building(found: &Found, evidence: &Evidence, answer: &mut Answer) {
+    let city = &evidence.built.city;
+    let id = found.id.parse::<Id>().ok();
+    let Some(building) = city.buildings.iter().find(|building| Some(building.id) == id) else { return };
+    answer.tell("what", format!("{:.1} m high on {:.0} m²", building.height, building.footprint.area()));
+    answer.tell("parcel", building.parcel.to_string());
+    if let Some(origin) = city.origins.get(usize::from(building.origin)) {
+        answer.tell("made by", origin.clone());
+    }
+    let says: Option<&Properties> = evidence.layout.features.get(found.features[0]).map(|feature| &feature.properties);
+    let then = says.and_then(|says| says.height).filter(|height| (height - building.height).abs() > 1e-6);
+    if let Some(then) = then {
+        answer.differs.push(format!("the building is {then} m high in the layout, {} m now", building.height));
+    }
+    let parcel = city.parcels.iter().find(|parcel| parcel.id == building.parcel);
+    let block = parcel.and_then(|parcel| city.blocks.iter().find(|block| block.id == parcel.block));
+    ground::tell_rules(answer, evidence.sources, "buildings", block.and_then(|block| block.quarter));
+}
+
+fn hectares(square_metres: f64) -> String {
+    format!("{:.2} ha", square_metres / 10_000.0)
+}

@@ -1,0 +1,190 @@
+//! `plat why`: the rule, the values, the lineage and the refusals behind what is in a layout.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// Streets that branch at right angles, and would branch back along themselves to the left.
+const RULE: &str = "//! A comb.\n\nparams(#{\n    step: metres(100).range(20, 300).about(\"Between teeth\"),\n});\n\n\
+    fn propose(tip, p) {\n    tip.ahead(p.step);\n    tip.branch_right(p.step);\n    \
+    tip.branch_left(p.step, #{ turn: 80 });\n}\n";
+
+const CITY: &str = r#"
+    city(#{ site: site(#{ size: [1000, 1000] }), seed: 3,
+            given: [line([[100, 100], [900, 100]]), line([[900, 100], [900, 900]]),
+                    line([[900, 900], [100, 900]]), line([[100, 900], [100, 100]], #{ name: "West Street" })],
+            minors: streets(#{ pattern: rule("streets/comb") }),
+            parcels: rule("parcels/recursive"), buildings: rule("buildings/extruded") });
+"#;
+
+/// A city beside what is built from it.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().expect("a temporary folder"));
+        fs::create_dir_all(place.path("town/streets")).expect("a folder");
+        fs::write(place.path("town/city.rhai"), CITY).expect("a file");
+        fs::write(place.path("town/streets/comb.rhai"), RULE).expect("a file");
+        place
+    }
+
+    fn built(more: &[&str]) -> Self {
+        let place = Self::new();
+        let (town, out) = (place.path("town"), place.path("out"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plat"));
+        let output = command.arg("build").arg(town).arg("-o").arg(out).arg("--quiet").args(more).output();
+        check(&output.expect("plat runs"), 0, &[]);
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn layout(&self) -> PathBuf {
+        self.path("out/layout.geojson")
+    }
+
+    /// The properties of all features of a kind.
+    fn of_kind(&self, kind: &str) -> Vec<Value> {
+        let text = fs::read_to_string(self.layout()).expect("a layout");
+        let layout: Value = serde_json::from_str(&text).expect("JSON");
+        let features =
+            layout["features"].as_array().expect("features").iter().map(|feature| feature["properties"].clone());
+        features.filter(|properties| properties["kind"] == kind).collect()
+    }
+
+    fn why(&self, id: &str, more: &[&str]) -> Output {
+        why(&self.layout(), id, more)
+    }
+
+    fn answer(&self, id: &str) -> Value {
+        let output = self.why(id, &["--json"]);
+        check(&output, 0, &[]);
+        serde_json::from_slice(&output.stdout).expect("one JSON object")
+    }
+}
+
+fn why(layout: &Path, id: &str, more: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plat"));
+    command.arg("why").arg(layout).arg(id).args(more).output().expect("plat runs")
+}
+
+fn check(output: &Output, status: i32, words: &[&str]) {
+    let told = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(status), "{told}");
+    for word in words {
+        assert!(told.contains(word), "`{word}` is missing from: {told}");
+    }
+    assert!(!told.contains("panicked"), "{told}");
+}
+
+fn id(properties: &Value) -> &str {
+    properties["id"].as_str().expect("an id")
+}
+
+fn facts(answer: &Value) -> String {
+    let fact = |fact: &Value| format!("{}: {}\n", fact["about"].as_str().unwrap(), fact["text"].as_str().unwrap());
+    answer["facts"].as_array().expect("facts").iter().map(fact).collect()
+}
+
+#[test]
+fn a_grown_street_tells_its_rule_lineage_and_refusals() {
+    let place = Place::built(&["--until", "streets"]);
+    let minors: Vec<Value> = place.of_kind("street").into_iter().filter(|street| street["class"] == "minor").collect();
+    assert!(minors.len() > 20);
+    let mut refused = 0;
+    for street in minors.iter().step_by(7) {
+        let answer = place.answer(id(street));
+        assert_eq!(answer["rules"][0]["name"], "streets/comb");
+        assert_eq!(answer["rules"][0]["line"], 7, "the line of `fn propose`");
+        assert!(answer["rules"][0]["file"].as_str().expect("a file").ends_with("town/streets/comb.rhai"));
+        assert_eq!(answer["parameters"][0]["address"], "minors.pattern.step");
+        assert_eq!(answer["parameters"][0]["value"], "100 m");
+        assert!(!answer["pieces"].as_array().expect("pieces").is_empty());
+        // Each street of a lineage began before those that branched off it, the first at a seed.
+        let lineage = answer["lineage"].as_array().expect("a lineage");
+        assert_eq!(lineage[0]["street"], street["street"]);
+        let steps: Vec<u64> = lineage.iter().map(|says| says["step"].as_u64().expect("a step")).collect();
+        assert!(steps.windows(2).all(|pair| pair[0] > pair[1]), "{steps:?}");
+        let how = lineage.last().expect("a root")["how"].as_str().expect("how");
+        assert!(how.contains("seed"), "{how}");
+        for says in answer["refused"].as_array().expect("refusals") {
+            let reason = says["reason"].as_str().expect("a reason");
+            refused += usize::from(reason.contains("runs along") || reason.contains("too sharp"));
+        }
+    }
+    assert!(refused > 0, "branches back along the street are refused");
+}
+
+#[test]
+fn people_get_it_part_by_part() {
+    let place = Place::built(&["--until", "streets"]);
+    let street = place.of_kind("street").into_iter().find(|street| street["class"] == "minor").expect("a minor");
+    let output = place.why(id(&street), &[]);
+    check(&output, 0, &[]);
+    let folder = place.path("town").canonicalize().expect("it is there").display().to_string();
+    insta::assert_snapshot!(String::from_utf8_lossy(&output.stdout).replace(&folder, "town"));
+}
+
+#[test]
+fn every_kind_has_an_answer() {
+    let place = Place::built(&[]);
+    let first = |kind: &str| id(place.of_kind(kind).first().expect(kind)).to_owned();
+    let wanted = [
+        ("crossing", "streets meet here", None),
+        ("quarter", "closed by", Some("minors.pattern")),
+        ("block", "closed by", Some("parcels")),
+        ("parcel", "block: ", Some("parcels")),
+        ("building", "m high on", Some("buildings")),
+    ];
+    for (kind, words, role) in wanted {
+        let answer = place.answer(&first(kind));
+        assert_eq!(answer["kind"], kind);
+        assert!(facts(&answer).contains(words), "{kind}: {}", facts(&answer));
+        if let Some(role) = role {
+            assert_eq!(answer["rules"][0]["role"], role, "{kind}");
+        }
+    }
+    let given =
+        place.of_kind("street").into_iter().find(|street| street["name"] == "West Street").expect("it is there");
+    let told = facts(&place.answer(given["street"].as_str().expect("a street")));
+    assert!(told.contains("line 4 of `given`") && told.contains("West Street"), "{told}");
+}
+
+#[test]
+fn ids_may_be_cut_and_misspelt() {
+    let place = Place::built(&["--until", "streets"]);
+    let streets = place.of_kind("street");
+    let whole = id(&streets[0]);
+    assert_eq!(place.answer(&whole[..12])["id"], whole);
+    check(&place.why(&format!("{}zz", &whole[..8]), &[]), 2, &["has the id", "did you mean", whole]);
+    check(&place.why("town hall", &[]), 2, &["has the id", "of kind street", "of kind crossing"]);
+    let output = place.why("town hall", &["--json"]);
+    let error: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(error["error"]["status"], 2);
+}
+
+#[test]
+fn what_was_set_is_remembered_and_what_differs_is_said() {
+    let place = Place::built(&["--until", "streets", "--seed", "9", "--set", "minors.pattern.step=80"]);
+    let street = place.of_kind("street").into_iter().find(|street| street["class"] == "minor").expect("a minor");
+    assert_eq!(place.answer(id(&street))["parameters"][0]["value"], "80 m");
+    check(&place.why(id(&street), &["--set", "minors.pattern.step=60"]), 1, &["not what the city gives now"]);
+    check(&place.why(id(&street), &["--set", "minors.pattern.stop=60"]), 2, &["did you mean `step`?"]);
+    // The folder may move as a whole; alone, a layout does not say where it is from.
+    let lonely = place.path("lonely.geojson");
+    fs::copy(place.layout(), &lonely).expect("a copy");
+    check(&why(&lonely, id(&street), &[]), 2, &["does not say which city", "--city"]);
+    let town = place.path("town").display().to_string();
+    let more = ["--city", &town, "--set", "minors.pattern.step=80"];
+    check(&why(&lonely, id(&street), &more), 0, &["streets/comb"]);
+    check(&why(&lonely, id(&street), &["--city", "no/such/town"]), 3, &["no such city", "hint"]);
+    check(&why(&place.path("none.geojson"), "1", &[]), 3, &["none.geojson"]);
+    fs::write(place.path("town/streets/comb.rhai"), RULE.replace("branch_right(p.step)", "branch_right(50)"))
+        .expect("a file");
+    check(&place.why(id(&street), &[]), 1, &["not what the city gives now", "streets of the layout are gone or moved"]);
+}
