@@ -312,10 +312,8 @@ impl Plan {
         let ids: Vec<Id> = self.quarters.keys().copied().collect();
         for (role, rule) in roles {
             rule.params().check(&places).map_err(|error| within(&role, error))?;
-            let own = ids.iter().filter_map(|&id| self.rule_in(Some(id), &role));
-            own.map(|rule| rule.params().check(&places))
-                .collect::<Result<(), _>>()
-                .map_err(|error| within(&role, error))?;
+            let mut own = ids.iter().filter_map(|&id| self.rule_in(Some(id), &role));
+            own.try_for_each(|rule| rule.params().check(&places)).map_err(|error| within(&role, error))?;
             *self.rule_mut(&role) = rule.with(rule.params().on(&places));
         }
         let known: Vec<&str> = places.districts.names().iter().map(String::as_str).collect();

@@ -184,7 +184,9 @@ impl Rule {
     /// Calls a function that is evaluated once, such as `constraints(p)`.
     pub(crate) fn evaluate(&self, kind: RuleKind) -> Result<Dynamic, Fault> {
         let mut stage = self.stage();
-        let call = AssertUnwindSafe(|| self.run(&self.entry(kind), &mut stage, [Dynamic::from(self.params.ready())]));
+        let call = AssertUnwindSafe(|| {
+            self.run(&self.entry(kind), &mut stage, [Dynamic::from(self.params.ready().as_told())])
+        });
         let result = catch_unwind(call).map_err(|panic| self.fault_of_panic(&*panic))?;
         result.map_err(|error| self.fault_of(*error))
     }

@@ -165,6 +165,13 @@ fn districts_have_rules_of_their_own() {
 }
 
 #[test]
+fn what_is_told_once_does_not_differ_by_place() {
+    let text = "majors: streets(#{ pattern: rule(\"mine\"), constraints: rule(\"constraints/standard\", #{ snap: by_district(#{ harbour: 9 }) }) })";
+    let told = headline(&city("", text).expect_err("constraints hold everywhere"));
+    assert!(told.contains("a value that differs by place"), "{told}");
+}
+
+#[test]
 fn values_read_as_people_write_them() {
     let plan =
         settled("width: by_district(#{ \"old town\": 30, harbour: site.map(\"density\").between(40, 200) }, 90)");

@@ -137,6 +137,11 @@ impl Params {
         self.placed.is_some()
     }
 
+    /// For what is asked once for the whole city: a value by place arrives as itself, not as what it is somewhere.
+    pub fn as_told(&self) -> Self {
+        Self { placed: None, ..self.clone() }
+    }
+
     /// The values at a place in metres.
     pub fn at(&self, place: Vec2) -> Self {
         Self { place, ..self.clone() }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// What the lineage of a sprout, and of a free end, is derived with.
 const SPROUT: u128 = 0x7370_726f_7574;
-const END: u128 = 0x656e_64;
+const END: u128 = 0x0065_6e64;
 
 /// Most sprouts along one street: a rule that proposes centimetres ahead would sprout for ever.
 const MOST_SPROUTS: u64 = 100_000;
