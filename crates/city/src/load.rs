@@ -227,7 +227,8 @@ impl Loaded {
     fn site_of_maps(&self, folder: &str) -> Result<Site, SourceError> {
         let plan = &self.plan;
         let folder = self.folder.join(folder);
-        let named = plan.within.iter().chain(&plan.barred).map(|map| map.name.clone());
+        let weights = plan.weight_maps();
+        let named = plan.within.iter().chain(&plan.barred).chain(weights).map(|map| map.name.clone());
         let in_goals = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
         let goals = in_goals.filter_map(|streets| Some(streets.goal().ok()??.map.name));
         let present = map_names(&folder)?;

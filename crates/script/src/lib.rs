@@ -12,6 +12,7 @@ mod fault;
 mod host;
 mod names;
 mod param;
+mod pattern;
 mod plan;
 mod rule;
 mod words;
@@ -20,6 +21,7 @@ pub use city::{Evaluated, SiteInfo, SiteRequest, Sites};
 pub use fault::{Fault, Faults};
 pub use host::{Embedded, Library, Source};
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
+pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{
     DensityGoal, DistrictPlan, GivenLine, GoalPlan, MapOptions, MapRef, NO_DISTRICT, Plan, QuarterPlan, RoleParam,
     SitePlan, StreetImport, StreetPlan,

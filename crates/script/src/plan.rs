@@ -2,6 +2,7 @@
 
 use crate::fault::Fault;
 use crate::param::{Domain, Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
+use crate::pattern::PatternPlan;
 use crate::rule::{Rule, RuleKind};
 use geom::{Id, Vec2};
 use std::collections::BTreeMap;
@@ -110,6 +111,8 @@ pub struct DensityGoal {
     pub full: Option<f64>,
     /// Derivation steps that a branch waits for where the demand is zero.
     pub pace: f64,
+    /// People that a kilometre of street serves, taken from the density around it; 0 for none.
+    pub consume: f64,
 }
 
 /// Where streets want to be: told by the script, or by a rule.
@@ -126,8 +129,8 @@ pub enum GoalPlan {
 pub struct StreetPlan {
     /// Where they want to be; everywhere when none.
     pub goals: Option<GoalPlan>,
-    /// How they grow: a rule with `propose(tip, p)`.
-    pub pattern: Rule,
+    /// How they grow: rules with `propose(tip, p)`.
+    pub pattern: PatternPlan,
     /// What they keep to: a rule with `constraints(p)`; the kernel's own when none.
     pub constraints: Option<Rule>,
     /// Full right-of-way in metres; that of the class when none.
@@ -240,7 +243,7 @@ impl Plan {
             if let Some(GoalPlan::Rule(rule)) = &plan.goals {
                 found.push((format!("{class}.goals"), rule));
             }
-            found.push((format!("{class}.pattern"), &plan.pattern));
+            found.extend(plan.pattern.roles(&format!("{class}.pattern")));
             found.extend(plan.constraints.iter().map(|rule| (format!("{class}.constraints"), rule)));
         }
         for (role, whole, own) in [
@@ -257,6 +260,18 @@ impl Plan {
     pub fn districts_of(&self, role: &str) -> impl Iterator<Item = &str> {
         let own = if role == "parcels" { &self.district_parcels } else { &self.district_buildings };
         own.keys().map(String::as_str)
+    }
+
+    /// The maps that weigh patterns, in the order of the stages.
+    pub fn weight_maps(&self) -> Vec<&MapRef> {
+        let patterns =
+            [&self.highways, &self.majors, &self.minors].into_iter().flatten().flat_map(|plan| plan.pattern.parts());
+        patterns.flat_map(|part| part.weight.maps()).collect()
+    }
+
+    /// A pattern in a quarter, such as that of `minors.pattern`: with the values that differ there.
+    pub fn pattern_in(&self, quarter: Option<Id>, role: &str, pattern: &PatternPlan) -> PatternPlan {
+        pattern.map_rules(role, |role, rule| self.differing(quarter, role, rule))
     }
 
     /// Every parameter that `--set` reaches, in the order of the stages and of the authors.
@@ -360,6 +375,11 @@ impl Plan {
     /// The rule that plays a role in a quarter: with the values that differ there.
     pub fn rule_in(&self, quarter: Option<Id>, role: &str) -> Option<Rule> {
         let (_, rule) = self.roles().into_iter().find(|(name, _)| *name == role)?;
+        Some(self.differing(quarter, role, rule))
+    }
+
+    /// A rule with the values that differ in a quarter.
+    fn differing(&self, quarter: Option<Id>, role: &str, rule: &Rule) -> Rule {
         let differing = quarter.and_then(|id| self.quarters.get(&id)).map(|plan| &plan.set);
         let own = differing.into_iter().flatten().filter_map(|(address, value)| {
             let name = address.strip_prefix(role)?.strip_prefix('.')?;
@@ -369,7 +389,7 @@ impl Plan {
         let params = own.fold(rule.params().clone(), |params, (name, value)| {
             params.with_value(name, value.clone()).unwrap_or(params)
         });
-        Some(rule.with(params))
+        rule.with(params)
     }
 
     /// The seed of a quarter's own, where it has one.
@@ -451,8 +471,9 @@ impl StreetPlan {
     }
 
     fn rule_mut(&mut self, slot: &str) -> Option<&mut Rule> {
+        let (slot, part) = slot.split_once('.').map_or((slot, None), |(slot, part)| (slot, Some(part)));
         match slot {
-            "pattern" => Some(&mut self.pattern),
+            "pattern" => self.pattern.rule_mut(part),
             "constraints" => self.constraints.as_mut(),
             _ => match &mut self.goals {
                 Some(GoalPlan::Rule(rule)) => Some(rule),

@@ -59,7 +59,7 @@ fn settled(values: &str) -> Plan {
 }
 
 /// Length, delay and turn in degrees that the pattern proposes at a place.
-fn proposed(rule: Rule, x: f64, y: f64) -> (f64, u32, i64) {
+fn proposed(rule: Rule, x: f64, y: f64) -> (f64, i32, i64) {
     let faults = Arc::new(Faults::default());
     let pattern = StreetPattern::new(rule, 0, Arc::new(Classes::default()), faults.clone());
     let mut tip = tip(0.0);
@@ -78,7 +78,7 @@ fn pattern(plan: &Plan) -> Rule {
 fn a_map_tells_the_value_at_the_place() {
     let rule =
         pattern(&settled("width: site.map(\"density\").between(40, 200), count: site.map(\"density\").scale(8)"));
-    let near = |(length, delay, _): (f64, u32, i64)| ((length * 10.0).round() / 10.0, delay);
+    let near = |(length, delay, _): (f64, i32, i64)| ((length * 10.0).round() / 10.0, delay);
     assert_eq!(near(proposed(rule.clone(), 0.0, 500.0)), (40.0, 0));
     assert_eq!(near(proposed(rule.clone(), 500.0, 500.0)), (120.0, 4));
     assert_eq!(near(proposed(rule, 1000.0, 500.0)), (200.0, 8));
@@ -252,6 +252,6 @@ proptest! {
         let share = map.bilinear(at);
         prop_assert!((20.0..=500.0).contains(&width));
         prop_assert!((width - (20.0 + 480.0 * share.clamp(0.0, 1.0))).abs() < 1e-6);
-        prop_assert_eq!(count, (share * 3.0 + 1.0).clamp(0.0, 9.0).round() as u32);
+        prop_assert_eq!(count, (share * 3.0 + 1.0).clamp(0.0, 9.0).round() as i32);
     }
 }

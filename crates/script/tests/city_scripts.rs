@@ -4,7 +4,7 @@ mod common;
 
 use common::{Folders, city, headline, shelf};
 use geom::{Angle, Id, Vec2};
-use script::{Fault, Host, Literal, Plan, Source};
+use script::{Fault, Host, Literal, Plan, Source, WeightPlan};
 use std::sync::Arc;
 use streets::{Classes, StreetId};
 
@@ -265,4 +265,90 @@ fn wrong_goals_and_constraints_are_told() {
     assert_eq!(says, "city.rhai:2:10: mine.rhai: goals(p): returns a whole number");
     let says = told("goals", "fn goals(p) {\n  p.nothing\n}");
     assert_eq!(says, "city.rhai:2:10: mine.rhai:2:5: p has no `nothing`");
+}
+
+/// A city with this pattern for its minors.
+fn patterned(pattern: &str) -> Result<Plan, Fault> {
+    let text =
+        format!("let site = site(\"maps\");\ncity(#{{ site: site,\n  minors: streets(#{{ pattern: {pattern} }}) }});");
+    city(&text).map(|evaluated| evaluated.plan)
+}
+
+#[test]
+fn rules_add_and_weigh_like_images() {
+    let pattern = "rule(\"streets/organic\") * site.map(\"borough\") + 0.5 * rule(\"streets/grid\", #{ heading: 3 }) * site.map(\"borough\").invert() * site.map(\"parks\") + rule(\"streets/grid\")";
+    let mut plan = patterned(pattern).unwrap_or_else(|fault| panic!("{fault}"));
+    let map = |name: &str| WeightPlan::Map(script::MapRef { name: name.to_owned() });
+    let parts = |plan: &Plan| plan.minors.as_ref().expect("minors").pattern.parts().to_vec();
+    let weights: Vec<WeightPlan> = parts(&plan).into_iter().map(|part| part.weight).collect();
+    let inverse = WeightPlan::Inverse(Box::new(map("borough")));
+    let scaled = WeightPlan::Product(vec![WeightPlan::Number(0.5), inverse]);
+    assert_eq!(weights, [map("borough"), WeightPlan::Product(vec![scaled, map("parks")]), WeightPlan::Number(1.0)]);
+    assert_eq!(
+        plan.weight_maps().iter().map(|map| map.name.as_str()).collect::<Vec<_>>(),
+        ["borough", "borough", "parks"]
+    );
+    let roles: Vec<String> = plan.roles().into_iter().map(|(role, _)| role).collect();
+    assert_eq!(roles, ["minors.pattern.organic", "minors.pattern.grid", "minors.pattern.grid2"]);
+    plan.set("minors.pattern.grid.block_width=90").expect("in range");
+    let widths: Vec<_> =
+        parts(&plan).iter().skip(1).map(|part| part.rule.params().get("block_width").cloned()).collect();
+    assert_eq!(widths, [Some(Literal::Number(90.0).into()), Some(Literal::Number(80.0).into())]);
+    let unknown = plan.set("minors.pattern.block_width=90").expect_err("of which rule");
+    assert_eq!(unknown.hint.as_deref(), Some("did you mean `minors.pattern.grid.block_width`?"));
+}
+
+#[test]
+fn one_rule_keeps_its_address_whatever_it_weighs() {
+    for pattern in ["rule(\"streets/grid\")", "rule(\"streets/grid\") * site.map(\"parks\")"] {
+        let plan = patterned(pattern).expect("fine");
+        assert_eq!(plan.roles()[0].0, "minors.pattern", "{pattern}");
+    }
+    let weight = "rule(\"streets/grid\") * (site.map(\"parks\") + site.map(\"land\") * 2).invert()";
+    assert!(matches!(
+        patterned(weight).expect("fine").minors.expect("minors").pattern.parts()[0].weight,
+        WeightPlan::Inverse(_)
+    ));
+}
+
+#[test]
+fn quarters_differ_in_one_of_several_patterns() {
+    let quarter = |set: &str| {
+        let text = format!(
+            "let s = site(\"maps\");\ncity(#{{ site: s, minors: streets(#{{ pattern: rule(\"streets/organic\") + rule(\"streets/grid\") + rule(\"streets/grid\") }}),\n quarters: #{{ \"0123456789abcdef0123456789abcdef\": #{{ {set} }} }} }});"
+        );
+        city(&text).map(|evaluated| evaluated.plan)
+    };
+    let plan =
+        quarter("branching: 0.2, \"minors.pattern.grid2.block_width\": 70").unwrap_or_else(|fault| panic!("{fault}"));
+    let id: Id = "0123456789abcdef0123456789abcdef".parse().expect("an id");
+    let own = plan.pattern_in(Some(id), "minors.pattern", &plan.minors.as_ref().expect("minors").pattern);
+    let value = |part: usize, name: &str| own.parts()[part].rule.params().get(name).cloned();
+    assert_eq!(value(0, "branching"), Some(Literal::Number(0.2).into()));
+    assert_eq!(
+        (value(1, "block_width"), value(2, "block_width")),
+        (Some(Literal::Number(80.0).into()), Some(Literal::Number(70.0).into()))
+    );
+    let fault = quarter("block_width: 70").expect_err("of which grid");
+    assert_eq!(fault.message, "several patterns of the minors have a parameter `block_width`");
+    assert!(fault.hint.expect("a hint").contains("\"minors.pattern.grid2.block_width\""));
+}
+
+#[test]
+fn nonsense_of_rules_and_maps_is_told() {
+    let grid = "rule(\"streets/grid\")";
+    let map = "site.map(\"land\")";
+    for (pattern, message) in [
+        (format!("{grid} + {map}"), "a rule and a map cannot be added"),
+        (format!("{grid} + 3"), "a rule and a number cannot be added"),
+        (format!("{grid} * {grid}"), "a rule cannot be weighed with a rule"),
+        (format!("{grid} * \"land\""), "a rule cannot be weighed with a text"),
+        (format!("{grid} * -0.5"), "a weight must lie between 0 and 1000000"),
+        (format!("1 - {map}"), "a map cannot be taken from a number"),
+        (format!("rule(\"parcels/recursive\") * {map}"), "rule `parcels/recursive` has no `fn propose(tip, p)`"),
+        (map.to_owned(), "`pattern` must be rule(\"…\"), not a map of the site"),
+    ] {
+        let fault = patterned(&pattern).err().unwrap_or_else(|| panic!("`{pattern}` was taken"));
+        assert_eq!((fault.message.as_str(), fault.line), (message, 3), "{pattern}");
+    }
 }

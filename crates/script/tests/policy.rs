@@ -103,7 +103,7 @@ fn wrong_types_and_values_are_told_in_words() {
         ("tip.ahead(1.0 / 0.0);", "2:5: the length of a street must be a finite number"),
         ("tip.branch_left(9, #{ width: 5,\n  delya: 2 });", "3:3: a street has no option `delya`"),
         ("tip.branch_left(9, #{ turn: 181 });", "2:23: `turn` must lie between -180 and 180°"),
-        ("tip.steer(3);", "2:5: tip.steer takes cross(…) or raster(…), not a whole number"),
+        ("tip.steer(3);", "2:5: tip.steer takes cross(…), raster(…) or rings(…), not a whole number"),
         ("raster(0, 0, 5);", "2:1: the length of a block must lie between 1 and 10000 m"),
         ("raster(0, 5);", "2:1: `raster` does not take (a whole number, a whole number)"),
         ("let x = tip.headng;", "2:13: tip has no `headng`"),

@@ -3,6 +3,7 @@
 pub(crate) mod buildings;
 pub(crate) mod ground;
 pub(crate) mod land;
+mod patterns;
 pub(crate) mod streets;
 
 use crate::progress::{Cancel, Progress};

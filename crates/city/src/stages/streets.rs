@@ -3,6 +3,7 @@
 
 mod seeds;
 
+use super::patterns::pattern;
 use super::{Context, Origins};
 use crate::report::Report;
 use crate::sources::{ImportOptions, lay_streets};
@@ -11,14 +12,14 @@ use crate::{BuildError, Stage};
 use geom::point::units;
 use geom::{Angle, Id, Point, Seed, Vec2};
 use rayon::prelude::*;
-use script::{DensityGoal, GivenLine, Rule, StreetPattern, StreetPlan};
+use script::{DensityGoal, GivenLine, StreetPlan};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
 use streets::graph::{Crowding, NewSegment};
 use streets::growth::{
-    Constraints, Field, Fields, Goal, Growth, QuarterGrowth, QuarterSettings, SeedPoint, Smoothing, attach, grow,
-    grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
+    Constraints, Field, Fields, Goal, Growth, GrowthRules, Peaks, QuarterGrowth, QuarterSettings, SeedPoint, Smoothing,
+    attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
 };
 use streets::runs::Run;
 use streets::{Claim, Class, Classes, NodeId, StreetGraph, StreetId};
@@ -101,6 +102,7 @@ fn fields(context: &Context) -> Fields {
         elevation: field("elevation", 0.0),
         maps: site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect(),
         districts: site.districts.clone(),
+        peaks: Peaks::default(),
     }
 }
 
@@ -185,15 +187,10 @@ fn goal_of(context: &Context, goal: &DensityGoal) -> Goal {
     match context.sources.site.map(&goal.map.name) {
         Some(map) => {
             let fitted = Goal::of(Field::Map(map.clone()), goal.least, goal.pace);
-            Goal { full: goal.full.unwrap_or(fitted.full), ..fitted }
+            Goal { full: goal.full.unwrap_or(fitted.full), consume: goal.consume, ..fitted }
         }
         None => Goal::none(),
     }
-}
-
-fn pattern(context: &Context, network: &mut Network, rule: Rule) -> StreetPattern {
-    let origin = network.origins.of(rule.name());
-    StreetPattern::new(rule, origin, Arc::new(network.graph.classes().clone()), context.faults.clone())
 }
 
 /// Highways or majors: one derivation after another in the city's graph. First the given streets of the class go on,
@@ -209,9 +206,9 @@ fn grow_arterials(
     context.progress.begin(stage, 0);
     let seed = Seed(context.sources.plan.seed).purpose(stage.name());
     let growth = growth_of(context, plan, class, seed)?;
-    let rules = pattern(context, network, plan.pattern.clone());
+    let rules = pattern(context, network, &plan.pattern);
     let cancel = || context.cancel.is_cancelled();
-    let log = grow_from_streets(&mut network.graph, &growth, &rules, fields, &cancel);
+    let log = grow_from_streets(&mut network.graph, &growth, &*rules, fields, &cancel);
     report.grown(stage.name(), &log);
     let mut logs: Vec<_> = context.traces.then_some(log).into_iter().collect();
     let reseed = plan.reseed.unwrap_or(reseed);
@@ -222,7 +219,7 @@ fn grow_arterials(
             continue;
         }
         let point = SeedPoint { at: place, heading: Angle::ZERO, root: growth.root.child(ordinal) };
-        let log = grow(&mut network.graph, &growth, &rules, fields, &[point], &cancel);
+        let log = grow(&mut network.graph, &growth, &*rules, fields, &[point], &cancel);
         ordinal += u64::from(!log.accepted.is_empty());
         report.grown(stage.name(), &log);
         logs.extend(context.traces.then_some(log));
@@ -277,13 +274,13 @@ fn grow_minors(
     let graph = &network.graph;
     let cancel = || context.cancel.is_cancelled();
     let fill = |(face, quarter): &(&Face, Quarter)| {
-        let grown = grow_quarter(graph, face, &quarter.settings, &quarter.rules, fields, &cancel);
+        let grown = grow_quarter(graph, face, &quarter.settings, &*quarter.rules, fields, &cancel);
         context.progress.advance(1);
         grown
     };
     let (mut grown, rim): (Vec<QuarterGrowth>, QuarterGrowth) = rayon::join(
         || faces.par_iter().map(fill).collect(),
-        || grow_outside(graph, &quarters, &outside.settings, &outside.rules, fields, &cancel),
+        || grow_outside(graph, &quarters, &outside.settings, &*outside.rules, fields, &cancel),
     );
     context.check()?;
     grown.push(rim);
@@ -307,7 +304,7 @@ fn grow_minors(
 /// How one quarter is filled: the plan, with what differs there.
 struct Quarter {
     settings: QuarterSettings,
-    rules: StreetPattern,
+    rules: Box<dyn GrowthRules + Send>,
 }
 
 impl Quarter {
@@ -315,7 +312,7 @@ impl Quarter {
         let whole = &context.sources.plan;
         let in_quarter = |role: &str| whole.rule_in(id, role);
         let own = StreetPlan {
-            pattern: in_quarter("minors.pattern").unwrap_or_else(|| plan.pattern.clone()),
+            pattern: whole.pattern_in(id, "minors.pattern", &plan.pattern),
             constraints: in_quarter("minors.constraints").or_else(|| plan.constraints.clone()),
             ..plan.clone()
         };
@@ -325,6 +322,6 @@ impl Quarter {
         let growth = growth_of(context, &own, Classes::MINOR, seed)?;
         let reseed = plan.reseed.unwrap_or(defaults(Classes::MINOR).reseed);
         let settings = QuarterSettings { reseed, ..QuarterSettings::new(growth) };
-        Ok(Self { settings, rules: pattern(context, network, own.pattern) })
+        Ok(Self { settings, rules: pattern(context, network, &own.pattern) })
     }
 }

@@ -123,7 +123,7 @@ fn quarter(value: Dynamic, plan: &Plan) -> Result<QuarterPlan, Complaint> {
 }
 
 fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Value), Complaint> {
-    let address = if name.contains('.') { name.to_owned() } else { format!("minors.pattern.{name}") };
+    let address = if name.contains('.') { name.to_owned() } else { bare_address(name, plan)? };
     let complain = |error: crate::ParamError| Complaint::new(error.message).maybe_hint(error.hint).key("quarters");
     let (role, name) = plan.address(&address).map_err(complain)?;
     let rule = plan.rule_in(None, &role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
@@ -131,4 +131,22 @@ fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Value), 
     let value = params.get(&name).cloned();
     let value = value.ok_or_else(|| Complaint::new(format!("there is no parameter `{name}`")))?;
     Ok((address, value))
+}
+
+/// The address of a parameter of the minors' pattern; of several patterns that of the one that has it.
+fn bare_address(name: &str, plan: &Plan) -> Result<String, Complaint> {
+    let patterns = plan.minors.iter().flat_map(|minors| minors.pattern.roles("minors.pattern"));
+    let having: Vec<String> = patterns
+        .filter(|(_, rule)| rule.params().get(name).is_some())
+        .map(|(role, _)| format!("{role}.{name}"))
+        .collect();
+    match having.as_slice() {
+        [] => Ok(format!("minors.pattern.{name}")),
+        [one] => Ok(one.clone()),
+        several => {
+            let message = format!("several patterns of the minors have a parameter `{name}`");
+            let quoted: Vec<String> = several.iter().map(|address| format!("\"{address}\"")).collect();
+            Err(Complaint::new(message).hint(format!("write {}", quoted.join(" or "))).key("quarters"))
+        }
+    }
 }

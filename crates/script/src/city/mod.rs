@@ -2,6 +2,7 @@
 
 mod build;
 mod districts;
+mod mix;
 mod site;
 mod streets;
 
@@ -75,6 +76,7 @@ fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, d
     districts::register(engine);
     streets::register(engine);
     crate::param::register_values(engine);
+    mix::register(engine);
     rules(engine, around.clone());
     let plan = desk.plan.clone();
     FuncRegistration::new("city")

@@ -1,5 +1,6 @@
 //! Streets of a city script: drawn, from files, grown.
 
+use super::mix::pattern_of;
 use crate::fault::{Complaint, Refusal};
 use crate::host::{is_inside, kind_of};
 use crate::names::hint;
@@ -37,7 +38,7 @@ pub(super) fn register(engine: &mut Engine) {
         .with_comments(["/// How streets of one class grow."])
         .register_into_engine(engine, |options: Map| Ok::<_, Refusal>(streets(options)?));
     FuncRegistration::new("density")
-        .with_params_info(["map", "#{ least, full, pace }"])
+        .with_params_info(["map", "#{ least, full, pace, consume }"])
         .with_comments(["/// Streets where the map says so: none below `least`, later branches below `full`."])
         .register_into_engine(engine, |map: Dynamic, options: Map| {
             Ok::<_, Refusal>(crate::words::density(&map, options)?)
@@ -130,7 +131,7 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
     let mut options = Options::new("streets", options, STREETS)?;
     let pattern = options.need("pattern")?;
     let plan = StreetPlan {
-        pattern: rule_of(pattern, "pattern", RuleKind::Streets)?,
+        pattern: pattern_of(pattern)?,
         goals: options.take("goals").map(goals).transpose()?,
         constraints: options
             .take("constraints")

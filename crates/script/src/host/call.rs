@@ -102,22 +102,15 @@ impl<C: Located + Send + 'static> Caller<C> {
 #[cfg(test)]
 mod tests {
     use crate::{Faults, Host, Source, StreetPattern};
-    use geom::{Angle, Bounds, Point, Seed};
+    use geom::{Bounds, Point, Seed};
     use std::sync::Arc;
-    use streets::growth::{Fields, GrowthRules, Slots, Tip};
+    use streets::growth::{Fields, GrowthRules, Tip};
 
     fn tip(age: u32) -> Tip {
         let bounds = Bounds::between(Point::new(0, 0), Point::new(1024, 1024));
-        Tip {
-            at: Point::new(0, 0),
-            heading: Angle::ZERO,
-            class: streets::Classes::MINOR,
-            is_seed: false,
-            age,
-            seed: Seed(1),
-            fields: Arc::new(Fields::plain(bounds)),
-            slots: Slots::default(),
-        }
+        let mut tip = Tip::new(streets::Classes::MINOR, Seed(1), Arc::new(Fields::plain(bounds)));
+        (tip.is_seed, tip.age) = (false, age);
+        tip
     }
 
     #[test]

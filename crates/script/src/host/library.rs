@@ -29,14 +29,18 @@ pub trait Library: Send + Sync + Debug {
 }
 
 /// The files of the `rules` folder, embedded: name with `.rhai`, text.
-const EMBEDDED: [(&str, &str); 7] = [
+const EMBEDDED: [(&str, &str); 11] = [
     ("buildings/extruded.rhai", include_str!("../../../../rules/buildings/extruded.rhai")),
     ("buildings/zoned.rhai", include_str!("../../../../rules/buildings/zoned.rhai")),
     ("constraints/standard.rhai", include_str!("../../../../rules/constraints/standard.rhai")),
     ("goals/settled.rhai", include_str!("../../../../rules/goals/settled.rhai")),
     ("parcels/recursive.rhai", include_str!("../../../../rules/parcels/recursive.rhai")),
     ("parcels/zoned.rhai", include_str!("../../../../rules/parcels/zoned.rhai")),
+    ("streets/contour.rhai", include_str!("../../../../rules/streets/contour.rhai")),
     ("streets/grid.rhai", include_str!("../../../../rules/streets/grid.rhai")),
+    ("streets/highway.rhai", include_str!("../../../../rules/streets/highway.rhai")),
+    ("streets/organic.rhai", include_str!("../../../../rules/streets/organic.rhai")),
+    ("streets/radial.rhai", include_str!("../../../../rules/streets/radial.rhai")),
 ];
 
 /// The library that the program carries.

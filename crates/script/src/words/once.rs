@@ -12,25 +12,26 @@ use streets::growth::Constraints;
 pub(super) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<DensityGoal>("a goal");
     FuncRegistration::new("density")
-        .with_params_info(["map", "#{ least, full, pace }"])
-        .with_comments(["/// Streets where the map says so: none below `least`, later branches below `full`."])
+        .with_params_info(["map", "#{ least, full, pace, consume }"])
+        .with_comments(["/// Streets where the map says so: none below `least`, later branches below `full`, fewer as streets `consume`."])
         .register_into_engine(engine, |map: Dynamic, options: Map| Ok::<_, Refusal>(density(&map, options)?));
     FuncRegistration::new("density")
         .with_params_info(["map"])
         .register_into_engine(engine, |map: Dynamic| Ok::<_, Refusal>(density(&map, Map::new())?));
 }
 
-/// `density(map, #{ least, full, pace })`.
+/// `density(map, #{ least, full, pace, consume })`.
 pub(crate) fn density(map: &Dynamic, options: Map) -> Result<DensityGoal, Complaint> {
     let given = kind_of(map);
     let map = map.clone().try_cast::<MapRef>();
     let map = map.ok_or_else(|| Complaint::new(format!("density takes a map, site.map(\"…\"), not {given}")))?;
-    let mut options = Options::new("density", options, &["least", "full", "pace"])?;
+    let mut options = Options::new("density", options, &["least", "full", "pace", "consume"])?;
     Ok(DensityGoal {
         map,
         least: options.number("least")?.unwrap_or(0.0),
         full: options.number("full")?,
         pace: options.within("pace", 0.0, 1e6, " steps")?.unwrap_or(0.0),
+        consume: options.within("consume", 0.0, 1e9, " people per km")?.unwrap_or(0.0),
     })
 }
 

@@ -1,5 +1,7 @@
 //! Street patterns: `propose(tip, p)`.
 
+mod senses;
+
 use super::options::Options;
 use super::{chance, method, property, within};
 use crate::fault::{Complaint, Faults};
@@ -11,7 +13,7 @@ use geom::{Angle, Vec2};
 use rhai::{Dynamic, Engine, FuncRegistration, Map};
 use std::sync::Arc;
 use streets::Classes;
-use streets::growth::{GrowthRules, Slot, Slots, Steer, Tip};
+use streets::growth::{GrowthRules, Rings, Slot, Slots, Steer, Tip};
 
 /// A street pattern that a rule decides: what the growth kernel calls.
 pub struct StreetPattern {
@@ -73,6 +75,7 @@ pub(super) fn register(engine: &mut Engine) {
     fields(engine);
     properties(engine);
     questions(engine);
+    senses::register(engine);
     proposals(engine);
 }
 
@@ -99,6 +102,30 @@ fn fields(engine: &mut Engine) {
         .register_into_engine(engine, |heading: Dynamic, along: Dynamic, across: Dynamic, x: Dynamic, y: Dynamic| {
             raster(&heading, &along, &across, Vec2::new(numeric("x", &x)?, numeric("y", &y)?))
         });
+    FuncRegistration::new("rings")
+        .with_params_info(["x", "y", "#{ inner, spacing, rays, arc, chord }"])
+        .with_comments([
+            "/// Rings and rays around (x, y): ends settle on rings, `spacing` apart, and rays, about `arc` apart.",
+        ])
+        .register_into_engine(engine, |x: Dynamic, y: Dynamic, options: Map| {
+            Ok::<_, crate::fault::Refusal>(rings(Vec2::new(numeric("x", &x)?, numeric("y", &y)?), options)?)
+        });
+}
+
+fn rings(centre: Vec2, options: Map) -> Result<Steer, Complaint> {
+    let mut options = Options::new("rings", options, &["inner", "spacing", "rays", "arc", "chord"])?;
+    let mut metres = |key: &str| options.within(key, 5.0, LONGEST, " m");
+    let (inner, spacing, arc, chord) = (metres("inner")?, metres("spacing")?, metres("arc")?, metres("chord")?);
+    let spacing = spacing.ok_or_else(|| Complaint::new("rings needs `spacing: …`"))?;
+    let arc = arc.unwrap_or(spacing);
+    Ok(Steer::Rings(Rings {
+        centre,
+        inner: inner.unwrap_or(spacing),
+        spacing,
+        rays: options.within("rays", 5.0, 64.0, "")?.unwrap_or(8.0).round() as u32,
+        arc,
+        chord: chord.unwrap_or(arc),
+    }))
 }
 
 fn field(heading: &Dynamic, folds: i64) -> Result<Steer, crate::fault::Refusal> {
@@ -120,17 +147,18 @@ fn properties(engine: &mut Engine) {
     property::<Growing, f64>(engine, "heading", |g| g.tip.steered().wrapped().to_degrees());
     property::<Growing, f64>(engine, "density", |g| g.tip.density());
     property::<Growing, f64>(engine, "elevation", |g| g.tip.elevation());
-    property::<Growing, f64>(engine, "slope", |g| slope(&g.tip));
     property::<Growing, i64>(engine, "age", |g| i64::from(g.tip.age));
+    property::<Growing, i64>(engine, "generation", |g| i64::from(g.tip.generation));
+    property::<Growing, i64>(engine, "step", |g| i64::from(g.tip.step));
+    property::<Growing, f64>(engine, "street_length", |g| g.tip.length);
+    property::<Growing, f64>(engine, "width", |g| g.tip.width);
+    property::<Growing, f64>(engine, "home_heading", |g| g.tip.home.heading.wrapped().to_degrees());
+    property::<Growing, f64>(engine, "home_x", |g| g.tip.home.at.x);
+    property::<Growing, f64>(engine, "home_y", |g| g.tip.home.at.y);
     property::<Growing, bool>(engine, "is_seed", |g| g.tip.is_seed);
     property::<Growing, String>(engine, "district", |g| g.tip.district().to_owned());
     property::<Growing, String>(engine, "class", |g| g.classes.info(g.tip.class).name.clone());
     chance::<Growing>(engine, |g| g.tip.seed);
-}
-
-/// Steepness of the ground, rise over run.
-fn slope(tip: &Tip) -> f64 {
-    tip.fields.elevation.gradient(tip.place()).length()
 }
 
 fn questions(engine: &mut Engine) {
@@ -149,9 +177,9 @@ fn questions(engine: &mut Engine) {
 }
 
 fn proposals(engine: &mut Engine) {
-    method!(engine, "steer"(field) "Turns onto the nearest heading of a field: `cross(…)` or `raster(…)`.", Growing, |g, field| {
+    method!(engine, "steer"(field) "Turns onto the nearest heading of a field: `cross(…)`, `raster(…)` or `rings(…)`.", Growing, |g, field| {
         let steer = field.read_lock::<Steer>().map(|steer| *steer);
-        let kind = || Complaint::new(format!("tip.steer takes cross(…) or raster(…), not {}", crate::host::kind_of(field)));
+        let kind = || Complaint::new(format!("tip.steer takes cross(…), raster(…) or rings(…), not {}", crate::host::kind_of(field)));
         g.tip.steer(steer.ok_or_else(kind)?);
         Ok(())
     });
@@ -166,11 +194,11 @@ fn proposals(engine: &mut Engine) {
         put(&mut g.tip.slots.left, aside, None)?;
         put(&mut g.tip.slots.right, aside, None)
     });
-    method!(engine, "ahead"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,
+    method!(engine, "ahead"(length, options) "With options: turn (degrees), delay (steps, below 0 for not at all), width (metres).", Growing,
         |g, length, options| put(&mut g.tip.slots.ahead, length, Some(options)));
-    method!(engine, "branch_left"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,
+    method!(engine, "branch_left"(length, options) "With options: turn (degrees), delay (steps, below 0 for not at all), width (metres).", Growing,
         |g, length, options| put(&mut g.tip.slots.left, length, Some(options)));
-    method!(engine, "branch_right"(length, options) "With options: turn (degrees), delay (steps), width (metres).", Growing,
+    method!(engine, "branch_right"(length, options) "With options: turn (degrees), delay (steps, below 0 for not at all), width (metres).", Growing,
         |g, length, options| put(&mut g.tip.slots.right, length, Some(options)));
 }
 
@@ -192,7 +220,7 @@ fn with_options(bare: Slot, options: &Dynamic) -> Result<Slot, Complaint> {
     let mut options = Options::new("a street", map, &["turn", "delay", "width"])?;
     Ok(Slot {
         turn: Angle::degrees(options.within("turn", -180.0, 180.0, "°")?.unwrap_or(0.0)),
-        delay: options.within("delay", 0.0, LATEST, " steps")?.unwrap_or(0.0).round() as u32,
+        delay: options.within("delay", -LATEST, LATEST, " steps")?.unwrap_or(0.0).round() as i32,
         width: options.within("width", 0.5, WIDEST, " m")?,
         ..bare
     })

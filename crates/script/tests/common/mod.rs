@@ -7,7 +7,7 @@ use script::{Evaluated, Fault, Host, Library, Rule, SiteInfo, SiteRequest, Sites
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::Classes;
-use streets::growth::{Fields, Slots, Tip};
+use streets::growth::{Fields, Tip};
 
 /// A library of texts.
 #[derive(Debug)]
@@ -68,16 +68,10 @@ pub fn city(text: &str) -> Result<Evaluated, Fault> {
 /// A tip in the middle of flat land, heading so many degrees.
 pub fn tip(heading: f64) -> Tip {
     let bounds = Bounds::between(Point::new(0, 0), Point::new(1 << 22, 1 << 22));
-    Tip {
-        at: Point::new(1 << 20, 1 << 20),
-        heading: Angle::degrees(heading),
-        class: Classes::MINOR,
-        is_seed: false,
-        age: 3,
-        seed: Seed(7),
-        fields: Arc::new(Fields::plain(bounds)),
-        slots: Slots::default(),
-    }
+    let mut tip = Tip::new(Classes::MINOR, Seed(7), Arc::new(Fields::plain(bounds)));
+    (tip.at, tip.heading) = (Point::new(1 << 20, 1 << 20), Angle::degrees(heading));
+    (tip.is_seed, tip.age) = (false, 3);
+    tip
 }
 
 /// `file:line:column: message`.

@@ -1,5 +1,6 @@
 //! What a tip can know of its place: the maps of the site, sampled.
 
+use super::peaks::Peaks;
 use crate::districts::{Districts, PerDistrict};
 use geom::{Bounds, Raster, Vec2};
 use std::collections::BTreeMap;
@@ -109,6 +110,8 @@ pub struct Fields {
     pub maps: BTreeMap<String, Field>,
     /// Named areas of the site.
     pub districts: Arc<Districts>,
+    /// Where the density peaks; found when it is first asked for.
+    pub peaks: Peaks,
 }
 
 impl Fields {
@@ -122,7 +125,13 @@ impl Fields {
             elevation: Field::Constant(0.0),
             maps: BTreeMap::new(),
             districts: Arc::default(),
+            peaks: Peaks::default(),
         }
+    }
+
+    /// The middle of the site, in metres.
+    pub fn middle(&self) -> Vec2 {
+        (self.bounds.min.metres() + self.bounds.max.metres()) / 2.0
     }
 
     /// Whether a street may lie at a place in metres.
@@ -135,10 +144,10 @@ impl Fields {
     }
 
     /// Density along a ray, each of `samples` samples weighted with the inverse of its distance: what a highway's end
-    /// sums up to find the next centre of population (PM01 §3.2.1). `radius` in metres.
-    pub fn density_ahead(&self, place: Vec2, direction: Vec2, radius: f64, samples: u32) -> f64 {
+    /// sums up to find the next centre of population (PM01 §3.2.1). It runs from `near` to `radius` metres.
+    pub fn density_ahead(&self, place: Vec2, direction: Vec2, (near, radius): (f64, f64), samples: u32) -> f64 {
         let sample = |i: u32| {
-            let distance = radius * f64::from(i) / f64::from(samples);
+            let distance = near + (radius - near) * f64::from(i) / f64::from(samples);
             self.density.at(place + direction * distance) / distance
         };
         (1..=samples).map(sample).sum()

@@ -90,8 +90,22 @@ impl Grower<'_> {
             *ordinal += 1;
             let half_width = self.settings.half_width;
             let (node, fired) = (node_of(id), age + 1);
-            let origin = Origin { id, node, at, heading, street, half_width, age, is_reversed: false, fired };
-            self.ask_at(&origin);
+            let (length, generation, lead) = (along, 0, None);
+            let origin = Origin {
+                id,
+                node,
+                at,
+                heading,
+                street,
+                half_width,
+                age,
+                length,
+                generation,
+                lead,
+                is_reversed: false,
+                fired,
+            };
+            self.ask(&origin);
             let Some(step) = self.step_ahead(at, heading) else { return };
             self.tip.slots.ahead = None;
             if along > 0.0 && allowed(at) {
@@ -107,8 +121,9 @@ impl Grower<'_> {
         let slots = self.tip.slots;
         let length = slots.ahead?.length;
         let constraints = &self.settings.constraints;
-        let aim = Aim { steer: slots.steer, longest: constraints.longest, least: constraints.least_length };
-        let target = aim.target(at.metres(), heading, length)?;
+        let (longest, least, lead) = (constraints.longest, constraints.least_length, slots.lead);
+        let aim = Aim { steer: slots.steer, longest, least, lead };
+        let (target, _) = aim.target(at.metres(), heading, length)?;
         let step = (target - at.metres()).dot(heading.unit());
         (step >= constraints.least_length.max(1.0)).then_some(step)
     }
@@ -165,6 +180,9 @@ impl Chain {
                 street,
                 half_width,
                 age: 0,
+                length: 0.0,
+                generation: 0,
+                lead: None,
                 is_reversed,
                 fired: 1,
             }

@@ -15,6 +15,9 @@ pub struct Goal {
     pub full: f64,
     /// Derivation steps that a branch waits for where the demand is zero.
     pub pace: f64,
+    /// People that a kilometre of street serves: what it takes from the density around it, so that streets stop growing
+    /// where everyone is served. 0 for none: demand then lasts for ever.
+    pub consume: f64,
 }
 
 impl Goal {
@@ -25,12 +28,12 @@ impl Goal {
             // At least 0.
             map => map.range().1.max(0.0),
         };
-        Self { density, least, full, pace }
+        Self { density, least, full, pace, consume: 0.0 }
     }
 
     /// Demand everywhere: refuses nothing, delays nothing.
     pub fn none() -> Self {
-        Self { density: Field::Constant(1.0), least: 0.0, full: 1.0, pace: 0.0 }
+        Self { density: Field::Constant(1.0), least: 0.0, full: 1.0, pace: 0.0, consume: 0.0 }
     }
 
     /// Whether streets are wanted at a place in metres.
@@ -45,7 +48,15 @@ impl Goal {
         if self.full <= 0.0 || self.pace <= 0.0 {
             return 0;
         }
-        let share = (self.density.at(place) / self.full).clamp(0.0, 1.0);
+        self.delay_of(self.density.at(place))
+    }
+
+    /// The same for a density.
+    pub(super) fn delay_of(&self, density: f64) -> u32 {
+        if self.full <= 0.0 || self.pace <= 0.0 {
+            return 0;
+        }
+        let share = (density / self.full).clamp(0.0, 1.0);
         // The cast saturates, and a value that is not a number becomes 0.
         (self.pace * (1.0 - share)).round() as u32
     }

@@ -1,12 +1,13 @@
 //! The derivation loop (PM01 §3.1, p1–p9) over a priority queue, and growth in a graph shared by all its streets.
 
 use super::constraints::{Judge, Judged};
+use super::demand::Demand;
 use super::lineage::{Aim, Origin, Proposal, node_of, street_of_seed};
 use super::queue::Queue;
 use super::seat::{Seat, seats};
 use super::{
-    Accepted, Branch, Fields, Growth, GrowthLog, GrowthRules, Outcome, Refused, RefusedProposal, SeedPoint, Slots,
-    Steer, Stopped, Tip,
+    Accepted, Branch, Fields, Growth, GrowthLog, GrowthRules, Home, Outcome, Refused, RefusedProposal, SeedPoint, Slot,
+    Slots, Steer, Stopped, Tip,
 };
 use crate::StreetGraph;
 use crate::graph::{Claim, Crowding, NewSegment, NodeKey};
@@ -28,7 +29,8 @@ pub fn grow(
     seeds: &[SeedPoint],
     cancel: &dyn Fn() -> bool,
 ) -> GrowthLog {
-    let mut grower = Grower::new(graph, settings, rules, fields, cancel);
+    let home = seeds.first().map_or_else(Home::default, |seed| Home { at: seed.at.metres(), heading: seed.heading });
+    let mut grower = Grower::new(graph, settings, rules, fields, cancel).at_home(home);
     for seed in seeds {
         if !grower.plant(seed, &|_, _| true) {
             grower.log.seeds_refused += 1;
@@ -45,6 +47,7 @@ pub(super) struct Grower<'a> {
     pub settings: &'a Growth,
     rules: &'a dyn GrowthRules,
     judge: Judge<'a>,
+    demand: Demand<'a>,
     pub tip: Tip,
     queue: Queue,
     cancel: &'a dyn Fn() -> bool,
@@ -59,16 +62,7 @@ impl<'a> Grower<'a> {
         fields: &'a Arc<Fields>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let tip = Tip {
-            at: Point::default(),
-            heading: Angle::ZERO,
-            class: settings.class,
-            is_seed: false,
-            age: 0,
-            seed: settings.seed,
-            fields: Arc::clone(fields),
-            slots: Slots::default(),
-        };
+        let tip = Tip::new(settings.class, settings.seed, Arc::clone(fields));
         let judge = Judge::new(graph, &settings.constraints, &settings.goal, fields);
         Self {
             graph,
@@ -76,6 +70,7 @@ impl<'a> Grower<'a> {
             settings,
             rules,
             judge,
+            demand: Demand::new(&settings.goal),
             tip,
             queue: Queue::default(),
             cancel,
@@ -83,11 +78,17 @@ impl<'a> Grower<'a> {
         }
     }
 
+    /// Says where the growth is at home.
+    pub fn at_home(mut self, home: Home) -> Self {
+        self.tip.home = home;
+        self
+    }
+
     /// Starts a street at a seed, or at the place near it that the raster of its rule asks for. Whether there was a
     /// place: a legal one that `allowed` admits, where the rule proposes something.
     pub fn plant(&mut self, seed: &SeedPoint, allowed: &dyn Fn(&StreetGraph, Point) -> bool) -> bool {
         let Some(slots) = self.ask_seed(seed.root, seed.at, seed.heading) else { return false };
-        let is_raster = matches!(slots.steer, Some(Steer::Raster { .. }));
+        let is_raster = slots.steer.is_some_and(|steer| steer.settles());
         let steer = slots.steer.unwrap_or(Steer::Cross { heading: seed.heading, folds: 1 });
         let seat = seats(steer, seed.at, seed.heading)
             .into_iter()
@@ -102,25 +103,32 @@ impl<'a> Grower<'a> {
 
     /// What the rule proposes at a seed; `None` when nothing.
     fn ask_seed(&mut self, root: Id, at: Point, heading: Angle) -> Option<Slots> {
-        self.ask(root, at, heading, 0, true);
-        let slots = self.tip.slots;
-        (slots.ahead.is_some() || slots.left.is_some() || slots.right.is_some()).then_some(slots)
+        self.ask(&self.origin_of_seed(root, at, heading));
+        (!self.tip.slots.is_empty()).then_some(self.tip.slots)
     }
 
-    /// Queues what the rule has just proposed at a seed. The seed counts as a tip accepted one step before the axiom's
-    /// query is tested, so that its street is tested at step 1.
-    fn sprout(&mut self, root: Id, seat: &Seat) {
-        let origin = Origin {
+    /// The seed counts as a tip accepted one step before the axiom's query is tested, so that its street is tested at
+    /// step 1.
+    fn origin_of_seed(&self, root: Id, at: Point, heading: Angle) -> Origin {
+        Origin {
             id: root,
             node: node_of(root),
-            at: seat.at,
-            heading: seat.heading,
+            at,
+            heading,
             street: street_of_seed(root),
             half_width: self.settings.half_width,
             age: 0,
+            length: 0.0,
+            generation: 0,
+            lead: None,
             is_reversed: false,
             fired: 0,
-        };
+        }
+    }
+
+    /// Queues what the rule has just proposed at a seed.
+    fn sprout(&mut self, root: Id, seat: &Seat) {
+        let origin = self.origin_of_seed(root, seat.at, seat.heading);
         if seat.is_between_crossings {
             (self.tip.slots.left, self.tip.slots.right) = (None, None);
         }
@@ -135,12 +143,20 @@ impl<'a> Grower<'a> {
                 self.queue.clear();
                 return;
             }
-            match self.judge.judge(self.graph, &proposal).and_then(|judged| self.lay(&proposal, &judged)) {
+            match self.judge(&proposal).and_then(|judged| self.lay(&proposal, &judged)) {
                 Ok(Some(end)) => self.succeed(&end),
                 Ok(None) => {}
                 Err(reason) => self.refuse(&proposal, reason),
             }
         }
+    }
+
+    fn judge(&mut self, proposal: &Proposal) -> Result<Judged, Refused> {
+        let middle = proposal.from.metres().midpoint(proposal.target);
+        if !self.demand.is_left_at(middle) || !self.demand.is_left_at(proposal.target) {
+            return Err(Refused::NoDemand);
+        }
+        self.judge.judge(self.graph, proposal)
     }
 
     fn must_stop(&mut self, proposal: &Proposal) -> Option<Stopped> {
@@ -161,6 +177,8 @@ impl<'a> Grower<'a> {
         let (Some(&first), Some(&last)) = ends else { return Err(Refused::TooShort) };
         let end = if proposal.is_reversed { first } else { last };
         self.record(proposal, judged, line, [first, last], end);
+        let laid = [proposal.from.metres(), self.graph.at(end).metres()];
+        self.demand.serve(laid[0], laid[1]);
         let ends_street = judged.outcome.ends_street() || self.graph.degree(end) > 1;
         Ok((!ends_street).then(|| Origin {
             id: proposal.lineage.id,
@@ -170,6 +188,9 @@ impl<'a> Grower<'a> {
             street: proposal.lineage.street,
             half_width: proposal.half_width,
             age: proposal.age + 1,
+            length: proposal.length + (laid[1] - laid[0]).length(),
+            generation: proposal.generation,
+            lead: proposal.lead,
             is_reversed: proposal.is_reversed,
             fired: proposal.lineage.time.saturating_add(1),
         }))
@@ -188,7 +209,7 @@ impl<'a> Grower<'a> {
                 street: proposal.lineage.street,
                 class: self.settings.class,
                 half_width: proposal.half_width,
-                origin: self.rules.origin(),
+                origin: self.rules.origin_of(proposal.lead),
                 forward: true,
             },
             level: judged.level,
@@ -217,19 +238,17 @@ impl<'a> Grower<'a> {
 
     /// Asks the rule at the end of an accepted proposal.
     pub fn succeed(&mut self, origin: &Origin) {
-        self.ask_at(origin);
+        self.ask(origin);
         self.queue_successors(origin);
     }
 
-    /// Asks the rule at a tip that is no seed.
-    pub fn ask_at(&mut self, origin: &Origin) {
-        self.ask(origin.id, origin.at, origin.heading, origin.age, false);
-    }
-
-    fn ask(&mut self, lineage: Id, at: Point, heading: Angle, age: u32, is_seed: bool) {
+    /// Asks the rule at a tip; it is a seed where nothing was derived before.
+    pub fn ask(&mut self, origin: &Origin) {
         let tip = &mut self.tip;
-        (tip.at, tip.heading, tip.age, tip.is_seed) = (at, heading, age, is_seed);
-        tip.seed = self.settings.seed.of(lineage);
+        (tip.at, tip.heading, tip.age, tip.is_seed) = (origin.at, origin.heading, origin.age, origin.fired == 0);
+        (tip.length, tip.generation, tip.step) = (origin.length, origin.generation, origin.fired);
+        (tip.width, tip.lead) = (2.0 * f64::from(origin.half_width) / Point::UNITS_PER_METRE, origin.lead);
+        tip.seed = self.settings.seed.of(origin.id);
         tip.slots = Slots::default();
         self.rules.propose(tip);
     }
@@ -238,7 +257,8 @@ impl<'a> Grower<'a> {
     pub fn queue_successors(&mut self, origin: &Origin) {
         let (slots, steered) = (self.tip.slots, self.tip.steered());
         let constraints = &self.settings.constraints;
-        let aim = Aim { steer: slots.steer, longest: constraints.longest, least: constraints.least_length };
+        let (longest, least) = (constraints.longest, constraints.least_length);
+        let aim = Aim { steer: slots.steer, longest, least, lead: slots.lead };
         let back = if self.tip.is_seed { slots.ahead } else { None };
         let successors = [
             (Branch::Ahead, slots.ahead),
@@ -248,12 +268,15 @@ impl<'a> Grower<'a> {
         ];
         let mut wait = None;
         for (branch, slot) in successors {
-            let Some(mut slot) = slot else { continue };
+            let Some(mut slot) = slot.and_then(Slot::kept) else { continue };
+            if !aim.leads(origin.at.metres(), steered + branch.turn() + slot.turn) {
+                continue;
+            }
             let width = || self.settings.widths.as_ref().map(|widths| widths.at(origin.at.metres()));
             slot.width = slot.width.or_else(width);
             if !branch.goes_on() {
-                let goal = &self.settings.goal;
-                slot.delay = slot.delay.saturating_add(*wait.get_or_insert_with(|| goal.delay(origin.at.metres())));
+                let wait = *wait.get_or_insert_with(|| self.demand.delay(origin.at.metres()));
+                slot.delay = slot.delay.saturating_add_unsigned(wait);
             }
             match Proposal::new(origin, steered, branch, &slot, &aim) {
                 Some(proposal) => self.queue.push(proposal),

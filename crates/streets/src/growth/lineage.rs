@@ -74,6 +74,12 @@ pub(super) struct Origin {
     pub street: StreetId,
     pub half_width: i32,
     pub age: u32,
+    /// Metres since its street began.
+    pub length: f64,
+    /// Branchings since the seed.
+    pub generation: u32,
+    /// Of several patterns the one that led here.
+    pub lead: Option<u16>,
     /// Whether the street's own direction is against the growth.
     pub is_reversed: bool,
     /// The derivation step at which p2 fires.
@@ -91,8 +97,12 @@ pub(super) struct Proposal {
     pub heading: Angle,
     pub half_width: i32,
     pub age: u32,
+    /// Metres of its street before it.
+    pub length: f64,
+    pub generation: u32,
+    pub lead: Option<u16>,
     pub is_reversed: bool,
-    /// Whether its end was moved onto a raster.
+    /// Whether its end was moved onto a raster, or onto rings and rays.
     pub is_on_raster: bool,
     /// Whether it starts at a seed, where there may be no node yet.
     pub is_from_seed: bool,
@@ -102,12 +112,13 @@ impl Proposal {
     /// What is proposed in one slot of a tip, or `None` when a number of the rule is unusable. `longest` cuts its
     /// length; `least` is the length below which a raster crossing counts as the start itself.
     pub fn new(origin: &Origin, steered: Angle, branch: Branch, slot: &Slot, aim: &Aim) -> Option<Self> {
-        let heading = (steered + branch.turn() + slot.turn).wrapped();
-        let target = aim.target(origin.at.metres(), heading, slot.length)?;
+        let wanted = (steered + branch.turn() + slot.turn).wrapped();
+        let (target, heading) = aim.target(origin.at.metres(), wanted, slot.length)?;
+        let delay = u32::try_from(slot.delay).ok()?;
         let width = slot.width.filter(|width| width.is_finite() && *width > 0.0);
         let id = origin.id.child(branch.slot());
         let street = if branch.goes_on() { origin.street } else { StreetId(id) };
-        let time = origin.fired.saturating_add(branch.steps()).saturating_add(slot.delay);
+        let time = origin.fired.saturating_add(branch.steps()).saturating_add(delay);
         Some(Self {
             lineage: Lineage { id, parent: origin.id, branch, street, time },
             from: origin.at,
@@ -116,7 +127,10 @@ impl Proposal {
             heading,
             half_width: width.map_or(origin.half_width, |width| geom::point::units(width / 2.0).max(1)),
             age: if branch.goes_on() { origin.age } else { 0 },
-            is_on_raster: matches!(aim.steer, Some(Steer::Raster { .. })),
+            length: if branch.goes_on() { origin.length } else { 0.0 },
+            generation: origin.generation.saturating_add(u32::from(!branch.goes_on())),
+            lead: aim.lead,
+            is_on_raster: aim.steer.is_some_and(|steer| steer.settles()),
             is_from_seed: origin.fired == 0,
             is_reversed: match branch {
                 Branch::Back => !origin.is_reversed,
@@ -133,21 +147,35 @@ pub(super) struct Aim {
     pub steer: Option<Steer>,
     pub longest: f64,
     pub least: f64,
+    /// Of several patterns the one that leads.
+    pub lead: Option<u16>,
 }
 
 impl Aim {
-    /// The end in metres, or `None` for numbers that give none.
-    pub fn target(&self, from: Vec2, heading: Angle, length: f64) -> Option<Vec2> {
+    /// Whether the pattern lets a street leave a place in a direction.
+    pub fn leads(&self, from: Vec2, heading: Angle) -> bool {
+        match self.steer {
+            Some(Steer::Rings(rings)) => rings.leads(from, heading.unit()),
+            _ => true,
+        }
+    }
+
+    /// The end in metres and the heading there, or `None` for numbers that give none.
+    pub fn target(&self, from: Vec2, heading: Angle, length: f64) -> Option<(Vec2, Angle)> {
         if !(length > 0.0 && length.is_finite() && heading.to_radians().is_finite()) {
             return None;
         }
         let (along, length) = (heading.unit(), length.min(self.longest));
         let target = from + along * length;
-        let settled = match self.steer {
-            Some(steer @ Steer::Raster { .. }) => self.settled(&steer, from, along, target),
-            _ => target,
+        let (settled, heading) = match self.steer {
+            Some(steer @ Steer::Raster { .. }) => (self.settled(&steer, from, along, target), heading),
+            Some(Steer::Rings(rings)) => {
+                let settled = rings.target(from, along, length, self.least)?;
+                (settled, Angle::of(settled - from))
+            }
+            _ => (target, heading),
         };
-        settled.is_finite().then_some(settled)
+        settled.is_finite().then_some((settled, heading))
     }
 
     /// The raster crossing to end at. A start that is off phase stays on its own line, so that the street keeps the

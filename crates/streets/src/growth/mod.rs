@@ -7,7 +7,9 @@
 pub mod fields;
 pub mod tip;
 
+mod blend;
 mod constraints;
+mod demand;
 mod given;
 mod goal;
 mod ground;
@@ -17,13 +19,19 @@ mod log;
 mod merge;
 mod near;
 mod outside;
+mod peaks;
 mod prune;
 mod quarter;
 mod queue;
+mod rings;
 mod seat;
+mod senses;
 mod settings;
 mod smooth;
+mod steer;
+mod weight;
 
+pub use blend::{Blend, BlendPart};
 pub use constraints::Constraints;
 pub use fields::{Field, Fields, Fit};
 pub use given::grow_from_streets;
@@ -33,11 +41,15 @@ pub use lineage::Branch;
 pub use log::{Accepted, GrowthLog, Lineage, Outcome, Refusals, Refused, RefusedProposal, Stopped};
 pub use merge::{Dropped, MergeLog, attach};
 pub use outside::grow_outside;
+pub use peaks::{Peak, Peaks};
 pub use prune::prune_dead_ends;
 pub use quarter::{Attachment, QuarterGrowth, QuarterSettings, grow_quarter};
+pub use rings::Rings;
 pub use settings::{Growth, Limits, SeedPoint};
 pub use smooth::{Smoothed, Smoothing, smooth};
-pub use tip::{GrowthRules, Slot, Slots, Steer, Tip};
+pub use steer::Steer;
+pub use tip::{GrowthRules, Home, Slot, Slots, Tip};
+pub use weight::Weight;
 
 #[cfg(test)]
 mod tests;

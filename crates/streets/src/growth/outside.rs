@@ -5,7 +5,7 @@
 
 use super::kernel::Grower;
 use super::quarter::candidates;
-use super::{Attachment, Fields, GrowthLog, GrowthRules, QuarterGrowth, QuarterSettings, SeedPoint};
+use super::{Attachment, Fields, GrowthLog, GrowthRules, Home, QuarterGrowth, QuarterSettings, SeedPoint};
 use crate::faces::Faces;
 use crate::{HalfKey, StreetGraph};
 use geom::point::units;
@@ -25,7 +25,8 @@ pub fn grow_outside(
 ) -> QuarterGrowth {
     let mut private = graph.clone();
     let enclosed = Enclosed::by(quarters);
-    let mut grower = Grower::new(&mut private, &settings.growth, rules, fields, cancel);
+    let home = Home { at: fields.middle(), heading: Angle::ZERO };
+    let mut grower = Grower::new(&mut private, &settings.growth, rules, fields, cancel).at_home(home);
     fill(&mut grower, settings, fields, &enclosed);
     let log = grower.log;
     let attachments = attachments(&private, &log);

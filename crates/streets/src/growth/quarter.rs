@@ -5,7 +5,7 @@
 //! quarters are grown, therefore changes nothing. Where its streets meet the rim, [`Attachment`]s say so.
 
 use super::kernel::Grower;
-use super::{Fields, Growth, GrowthLog, GrowthRules, SeedPoint, Stopped};
+use super::{Fields, Growth, GrowthLog, GrowthRules, Home, SeedPoint, Stopped};
 use crate::faces::{Face, Side};
 use crate::graph::{Claim, Crowding, NewSegment, Refusal};
 use crate::{Class, NodeId, SegmentKey, StreetGraph, StreetId};
@@ -98,9 +98,10 @@ pub fn grow_quarter(
             return result;
         }
     };
-    let mut grower = Grower::new(&mut private, &settings.growth, rules, fields, cancel);
+    let home = Home { at: rim.polygon.pole(POLE_PRECISION).metres(), heading: rim.main_heading() };
+    let mut grower = Grower::new(&mut private, &settings.growth, rules, fields, cancel).at_home(home);
     // Lineage hangs on a side of the rim, not on the outline.
-    rim.fill(&mut grower, settings, settings.growth.root.with(&[face.root(graph).0]));
+    rim.fill(&mut grower, settings, settings.growth.root.with(&[face.root(graph).0]), &home);
     result.log = grower.log;
     result.attachments = rim.attachments(&private, &result.log);
     result
@@ -173,10 +174,10 @@ impl QuarterRim {
     }
 
     /// Plants seeds and lets them grow, until no place far from all streets is left.
-    fn fill(&self, grower: &mut Grower, settings: &QuarterSettings, root: Id) {
+    fn fill(&self, grower: &mut Grower, settings: &QuarterSettings, root: Id, home: &Home) {
         let Some(bounds) = self.polygon.bounds() else { return };
         let (reseed, clearance) = (units(settings.reseed), units(settings.clearance));
-        let heading = self.main_heading();
+        let heading = home.heading;
         let mut ordinal = 0;
         let mut plant = |grower: &mut Grower, at: Point, distance: i32| {
             let is_free = |graph: &StreetGraph, p: Point, distance: i32| {
@@ -192,7 +193,7 @@ impl QuarterRim {
             }
         };
         grower.take_up_all(root, &|p| self.polygon.locate(p) == Location::Inside);
-        plant(grower, self.polygon.pole(POLE_PRECISION), clearance);
+        plant(grower, Point::from_metres(home.at), clearance);
         for candidate in candidates(bounds, settings.reseed) {
             if grower.log.stopped.is_some() {
                 break;

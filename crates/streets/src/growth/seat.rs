@@ -16,12 +16,18 @@ pub(super) struct Seat {
 /// The seats near a place, best first: the nearest crossing of the raster, then the nearest places on its lines. So a
 /// quarter without a crossing of the raster still gets the streets that run through it.
 pub(super) fn seats(steer: Steer, at: Point, seed_heading: Angle) -> SmallVec<[Seat; 3]> {
-    let Steer::Raster { heading, .. } = steer else {
-        return SmallVec::from_elem(Seat { at, heading: seed_heading, is_between_crossings: false }, 1);
-    };
     let place = at.metres();
-    let (u, v) = (heading.unit(), heading.unit().perp());
     let to_crossing = steer.settle(place) - place;
+    let mut lines = match steer {
+        Steer::Cross { .. } => {
+            return SmallVec::from_elem(Seat { at, heading: seed_heading, is_between_crossings: false }, 1);
+        }
+        Steer::Raster { heading, .. } => {
+            let (u, v) = (heading.unit(), heading.unit().perp());
+            [Some((v * to_crossing.dot(v), heading)), Some((u * to_crossing.dot(u), heading + Angle::RIGHT))]
+        }
+        Steer::Rings(rings) => rings.lines(place).map(|line| line.map(|(at, heading)| (at - place, heading))),
+    };
     let mut seats = SmallVec::new();
     let mut offer = |step: Vec2, heading: Angle, is_between_crossings: bool| {
         if let Some(at) = Point::try_from_metres(place + step) {
@@ -29,10 +35,11 @@ pub(super) fn seats(steer: Steer, at: Point, seed_heading: Angle) -> SmallVec<[S
         }
     };
     offer(to_crossing, seed_heading, false);
-    let lines = [(v * to_crossing.dot(v), heading), (u * to_crossing.dot(u), heading + Angle::RIGHT)];
-    let nearer_first = if lines[0].0.length_squared() <= lines[1].0.length_squared() { [0, 1] } else { [1, 0] };
-    for i in nearer_first {
-        offer(lines[i].0, lines[i].1, true);
+    let far = |line: &Option<(Vec2, Angle)>| line.map_or(f64::INFINITY, |(step, _)| step.length_squared());
+    // The sort is stable: of equally near lines the first stays first.
+    lines.sort_by(|a, b| far(a).total_cmp(&far(b)));
+    for (step, heading) in lines.into_iter().flatten() {
+        offer(step, heading, true);
     }
     seats
 }

@@ -1,67 +1,9 @@
 //! The growing street end, as a rule sees it.
 
-use super::Fields;
+use super::{Fields, Steer};
 use crate::Class;
 use geom::{Angle, Point, Seed, Vec2};
 use std::sync::Arc;
-
-/// A field of headings that a tip turns onto.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Steer {
-    /// `folds` headings evenly spread from `heading`; the nearest is taken.
-    Cross {
-        /// One of the headings.
-        heading: Angle,
-        /// How many there are.
-        folds: u32,
-    },
-    /// A rectangular raster with absolute origin and phase: headings as a 4-fold cross, and ends of segments come to
-    /// lie on raster crossings, so that quarters line up through majors.
-    Raster {
-        /// Direction of the long side of a block.
-        heading: Angle,
-        /// Pitch along `heading`, in metres.
-        along: f64,
-        /// Pitch across it, in metres.
-        across: f64,
-        /// A crossing of the raster, in metres.
-        origin: Vec2,
-    },
-}
-
-impl Steer {
-    /// The heading to go on with.
-    pub fn turn(&self, heading: Angle) -> Angle {
-        match *self {
-            Self::Cross { heading: cross, folds } => cross.nearest_of_cross(folds, heading),
-            Self::Raster { heading: cross, .. } => cross.nearest_of_cross(4, heading),
-        }
-    }
-
-    /// The place to end at: for a raster its crossing nearest to `target`, else `target` itself.
-    pub fn settle(&self, target: Vec2) -> Vec2 {
-        match *self {
-            Self::Cross { .. } => target,
-            Self::Raster { heading, along, across, origin } => {
-                let (u, v) = (heading.unit(), heading.unit().perp());
-                let from = target - origin;
-                let (i, j) = ((from.dot(u) / along).round(), (from.dot(v) / across).round());
-                origin + u * (i * along) + v * (j * across)
-            }
-        }
-    }
-
-    /// Metres from one crossing of a raster to the next in a direction (a unit vector); 0 for a mere cross.
-    pub fn pitch(&self, direction: Vec2) -> f64 {
-        match *self {
-            Self::Cross { .. } => 0.0,
-            Self::Raster { heading, along, across, .. } => {
-                let u = heading.unit();
-                (u.dot(direction) * along).abs() + (u.perp_dot(direction) * across).abs()
-            }
-        }
-    }
-}
 
 /// What is proposed in one of the three slots of a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,10 +12,17 @@ pub struct Slot {
     pub length: f64,
     /// Turn away from the slot's own direction (ahead, left or right), counter-clockwise.
     pub turn: Angle,
-    /// Delay in derivation steps (PM01 p4).
-    pub delay: u32,
+    /// Delay in derivation steps (PM01 p4); below 0 the slot is deleted (p1, p6, p7).
+    pub delay: i32,
     /// Full right-of-way in metres; that of the tip's own street when none.
     pub width: Option<f64>,
+}
+
+impl Slot {
+    /// The slot, unless its delay deletes it.
+    pub fn kept(self) -> Option<Self> {
+        (self.delay >= 0).then_some(self)
+    }
 }
 
 /// What a rule proposes at a tip: the three successors of PM01 p2.
@@ -87,6 +36,25 @@ pub struct Slots {
     pub left: Option<Slot>,
     /// A branch to the right.
     pub right: Option<Slot>,
+    /// Of several patterns the one that leads here: see [`Blend`](super::Blend).
+    pub lead: Option<u16>,
+}
+
+impl Slots {
+    /// Whether nothing is proposed: the tip ends.
+    pub fn is_empty(&self) -> bool {
+        [self.ahead, self.left, self.right].iter().all(|slot| slot.and_then(Slot::kept).is_none())
+    }
+}
+
+/// Where a growth is at home: the same for all its tips.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Home {
+    /// In a quarter its pole, the place farthest from its rim; outside quarters the middle of the site; else the first
+    /// seed. In metres.
+    pub at: Vec2,
+    /// In a quarter the direction of its longest side; outside quarters east; else that of the first seed.
+    pub heading: Angle,
 }
 
 /// A growing street end: its getters say what a rule may know, its `slots` hold what the rule proposes.
@@ -102,6 +70,18 @@ pub struct Tip {
     pub is_seed: bool,
     /// Segments since its street began.
     pub age: u32,
+    /// Metres since its street began.
+    pub length: f64,
+    /// Branchings since the seed: 0 on the seed's own street.
+    pub generation: u32,
+    /// Derivation step at which it is asked; 0 at a seed.
+    pub step: u32,
+    /// Full right-of-way of its street in metres.
+    pub width: f64,
+    /// Where its growth is at home.
+    pub home: Home,
+    /// Of several patterns the one that led its street so far.
+    pub lead: Option<u16>,
     /// Chance for decisions at this tip, keyed by its lineage.
     pub seed: Seed,
     /// The maps.
@@ -111,6 +91,26 @@ pub struct Tip {
 }
 
 impl Tip {
+    /// A tip where nothing has grown yet, at the origin, heading east.
+    pub fn new(class: Class, seed: Seed, fields: Arc<Fields>) -> Self {
+        Self {
+            at: Point::default(),
+            heading: Angle::ZERO,
+            class,
+            is_seed: true,
+            age: 0,
+            length: 0.0,
+            generation: 0,
+            step: 0,
+            width: 0.0,
+            home: Home::default(),
+            lead: None,
+            seed,
+            fields,
+            slots: Slots::default(),
+        }
+    }
+
     /// Turns onto the nearest heading of a field.
     pub fn steer(&mut self, steer: Steer) {
         self.slots.steer = Some(steer);
@@ -118,7 +118,7 @@ impl Tip {
 
     /// The heading after steering.
     pub fn steered(&self) -> Angle {
-        self.slots.steer.map_or(self.heading, |steer| steer.turn(self.heading))
+        self.slots.steer.map_or(self.heading, |steer| steer.turn(self.heading, self.place()))
     }
 
     /// Whether it runs (either way) nearer to `heading` than to the direction across it, after steering.
@@ -130,22 +130,6 @@ impl Tip {
     /// Place in metres.
     pub fn place(&self) -> Vec2 {
         self.at.metres()
-    }
-
-    /// The heading, within `spread` to either side of the tip's own, along which a ray of `radius` metres sums up most
-    /// density (PM01 §3.2.1); of equal ones the straightest, then the left one. Tries `rays` headings to either side,
-    /// with a sample every 1/16 of the radius.
-    pub fn seek_density(&self, radius: f64, spread: Angle, rays: u32) -> Angle {
-        let turn = |k: i64| spread * (k as f64 / f64::from(rays.max(1)));
-        let sides = (1..=i64::from(rays)).flat_map(|k| [k, -k]);
-        let mut best = (self.heading, f64::NEG_INFINITY);
-        for heading in std::iter::once(0).chain(sides).map(|k| self.heading + turn(k)) {
-            let sum = self.fields.density_ahead(self.place(), heading.unit(), radius, 16);
-            if sum > best.1 {
-                best = (heading, sum);
-            }
-        }
-        best.0
     }
 
     /// The name of its district; empty where there is none.
@@ -171,4 +155,9 @@ pub trait GrowthRules: Sync {
 
     /// What claims of streets grown by these rules carry as their origin.
     fn origin(&self) -> u16;
+
+    /// The origin where one of several patterns leads.
+    fn origin_of(&self, _lead: Option<u16>) -> u16 {
+        self.origin()
+    }
 }

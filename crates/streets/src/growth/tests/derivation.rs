@@ -135,7 +135,7 @@ fn unusable_numbers_end_a_tip_and_harm_nothing() {
             for pitch in [100.0, 0.0, f64::NAN, 1e-300] {
                 let rules = Rule(move |tip: &mut Tip| {
                     let turn = Angle::radians(turn);
-                    tip.slots.ahead = Some(Slot { length, turn, delay: u32::MAX, width: Some(f64::NAN) });
+                    tip.slots.ahead = Some(Slot { length, turn, delay: i32::MAX, width: Some(f64::NAN) });
                     tip.slots.left = Some(Slot { length, turn, delay: 3, width: Some(-1.0) });
                     tip.steer(Steer::Raster { heading: turn, along: pitch, across: pitch, origin: Vec2::ZERO });
                 });
@@ -215,7 +215,7 @@ fn highways_seek_people() {
     let density = Raster::new(200, 200, 10.0, Vec2::splat(-1000.0), (0..40_000).map(|i| near(place(i))).collect());
     let fields = Fields { density: Field::Map(Arc::new(density.unwrap())), ..site(1000.0) };
     let rules = Rule(|tip: &mut Tip| {
-        let wanted = tip.seek_density(1000.0, Angle::degrees(40.0), 8);
+        let wanted = tip.seek_density((0.0, 1000.0), Angle::degrees(40.0), 8);
         tip.slots.ahead = slot(100.0).map(|s| Slot { turn: wanted - tip.heading, ..s });
     });
     let settings = minors();

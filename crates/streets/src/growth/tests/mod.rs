@@ -7,4 +7,4 @@ mod pruning;
 mod quarters;
 mod rewriter;
 mod smoothing;
-mod support;
+pub(in crate::growth) mod support;

@@ -103,14 +103,14 @@ impl Rewriter<'_> {
 
 /// A tree that never meets itself: each piece is a quarter as long as the one before, which the lowest bit set in a
 /// place tells. Which slots are filled, and their delays, are drawn by lineage.
-fn tree(depth: u32) -> Rule<impl Fn(&mut Tip) + Sync> {
+fn tree(depth: u32) -> Rule<impl Fn(&mut Tip) + Send + Sync + 'static> {
     Rule(move |tip: &mut Tip| {
         let age = if tip.is_seed { 0 } else { 1 + (22 - (tip.at.x | tip.at.y).trailing_zeros()) / 2 };
         if age > depth {
             return;
         }
         let draw = |slot: u64| {
-            let delay = (tip.seed.unit(slot) * 7.0) as u32;
+            let delay = (tip.seed.unit(slot) * 7.0) as i32;
             let drawn = Slot { length: 4096.0 / f64::from(1 << (2 * age)), turn: Angle::ZERO, delay, width: None };
             (tip.is_seed || tip.seed.unit(10 + slot) < 0.8).then_some(drawn)
         };
@@ -136,10 +136,8 @@ proptest! {
         prop_assert_eq!(log.refusals.total(), 0, "the oracle needs open ground");
         let queued: BTreeSet<_> = log.accepted.iter().map(|a| (a.lineage.time, a.lineage.id, a.end())).collect();
 
-        let tip = Tip {
-            at: seed.at, heading: seed.heading, class: settings.class, is_seed: true, age: 0, seed: settings.seed,
-            fields: fields.clone(), slots: Slots::default(),
-        };
+        let mut tip = Tip::new(settings.class, settings.seed, fields.clone());
+        (tip.at, tip.heading) = (seed.at, seed.heading);
         let mut rewriter = Rewriter { tip, rules: &rules, settings_seed: settings.seed, accepted: BTreeSet::new() };
         let goals = rewriter.goals(seed.root, seed.at.metres(), seed.heading, 0, true);
         let mut string = Rewriter::successors(goals);

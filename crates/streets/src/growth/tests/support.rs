@@ -34,7 +34,7 @@ pub fn slot(length: f64) -> Option<Slot> {
 }
 
 /// PM01's New York rule: `along` and `across` as pitches of a raster through the origin.
-pub fn grid(heading: Angle, along: f64, across: f64) -> Rule<impl Fn(&mut Tip) + Sync> {
+pub fn grid(heading: Angle, along: f64, across: f64) -> Rule<impl Fn(&mut Tip) + Send + Sync + 'static> {
     Rule(move |tip: &mut Tip| {
         tip.steer(Steer::Raster { heading, along, across, origin: Vec2::ZERO });
         let (ahead, branch) = if tip.runs_along(heading) { (along, across) } else { (across, along) };
@@ -43,13 +43,13 @@ pub fn grid(heading: Angle, along: f64, across: f64) -> Rule<impl Fn(&mut Tip) +
 }
 
 /// Winding streets whose turns and lengths are drawn by lineage.
-pub fn winding() -> Rule<impl Fn(&mut Tip) + Sync> {
+pub fn winding() -> Rule<impl Fn(&mut Tip) + Send + Sync + 'static> {
     Rule(|tip: &mut Tip| {
         let draw = |ordinal, low, high| tip.seed.range(ordinal, low, high);
         let slots = [0, 10, 20].map(|base| Slot {
             length: draw(base, 40.0, 110.0),
             turn: Angle::degrees(draw(base + 1, -22.0, 22.0)),
-            delay: draw(base + 2, 0.0, 6.0) as u32,
+            delay: draw(base + 2, 0.0, 6.0) as i32,
             width: None,
         });
         (tip.slots.ahead, tip.slots.left, tip.slots.right) = (Some(slots[0]), Some(slots[1]), Some(slots[2]));

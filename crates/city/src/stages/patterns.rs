@@ -1,0 +1,33 @@
+//! Patterns as growth asks them: a rule, or several blended by maps.
+
+use super::Context;
+use super::streets::Network;
+use script::{PatternPart, PatternPlan, StreetPattern, WeightPlan};
+use std::sync::Arc;
+use streets::growth::{Blend, BlendPart, Field, GrowthRules, Weight};
+
+/// What growth asks. A single rule is asked as it is.
+pub(super) fn pattern(context: &Context, network: &mut Network, plan: &PatternPlan) -> Box<dyn GrowthRules + Send> {
+    let classes = Arc::new(network.graph.classes().clone());
+    let part = |part: &PatternPart| {
+        let origin = network.origins.of(part.rule.name());
+        let rules = StreetPattern::new(part.rule.clone(), origin, classes.clone(), context.faults.clone());
+        BlendPart { rules: Box::new(rules), weight: weight(context, &part.weight) }
+    };
+    let mut parts: Vec<BlendPart> = plan.parts().iter().map(part).collect();
+    if parts.len() == 1 { parts.remove(0).rules } else { Box::new(Blend::of(parts)) }
+}
+
+fn weight(context: &Context, plan: &WeightPlan) -> Weight {
+    let all = |plans: &[WeightPlan]| plans.iter().map(|plan| weight(context, plan)).collect();
+    match plan {
+        WeightPlan::Number(number) => Weight::Number(*number),
+        // The maps of a plan were read; one that is not there weighs nothing.
+        WeightPlan::Map(map) => {
+            context.sources.site.map(&map.name).map_or(Weight::Number(0.0), |map| Weight::Map(Field::Map(map.clone())))
+        }
+        WeightPlan::Inverse(other) => Weight::Inverse(Box::new(weight(context, other))),
+        WeightPlan::Product(factors) => Weight::Product(all(factors)),
+        WeightPlan::Sum(terms) => Weight::Sum(all(terms)),
+    }
+}
