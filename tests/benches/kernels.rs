@@ -4,6 +4,9 @@
 //! so that the price of scripting is a ratio; each table ends with the exponent from its smallest to its largest size.
 #![allow(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
+#[path = "kernels/land.rs"]
+mod land;
+
 use geom::point::units;
 use geom::{Angle, Bounds, Id, Point, Seed, Vec2};
 use script::{Faults, Host, StreetPattern};
@@ -41,6 +44,14 @@ fn main() {
     let rhai = StreetPattern::new(rule, 0, Arc::new(Classes::default()), faults.clone());
     table("growth, grid rule in Rhai", "segments", |size| grown(size, &rhai));
     assert!(faults.is_empty());
+    table("recursive parcels, regions and cuts", "parcels", |size| {
+        let blocks = land::blocks(size);
+        let settings = layout::RecursiveSettings::default();
+        let started = Instant::now();
+        let divided = blocks.iter().map(|block| layout::subdivide(block, &settings).expect("good settings"));
+        let count = divided.map(|division| division.parcels.len()).sum();
+        (count, started.elapsed().as_secs_f64())
+    });
 }
 
 /// Runs a measurement at all sizes, best of three, and prints rates and the exponent.

@@ -276,3 +276,114 @@ fn a_failing_rule_leaves_a_plain_box() {
         assert_eq!((choice, faults[0].message.as_str()), (BuildingChoice::PLAIN, message), "{body}");
     }
 }
+
+/// A parameter, another value for it, and what must be set otherwise for it to count.
+type Turn = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
+/// Whether each parameter of a rule of the library changes what it decides in some of the cases.
+fn assert_all_act<C: PartialEq + std::fmt::Debug>(name: &str, turns: &[Turn], decide: impl Fn(script::Rule) -> Vec<C>) {
+    let rule = Host::new(vec![]).rule(name).expect("the library has it");
+    let known: Vec<&str> = rule.params().iter().map(|(param, _)| param.name.as_str()).collect();
+    assert_eq!(known, turns.iter().map(|turn| turn.0).collect::<Vec<_>>(), "{name}: all parameters, in order");
+    let set = |rule: script::Rule, (name, text): &(&str, &str)| rule.with_text(name, text).expect("a value in range");
+    for (param, text, given) in turns {
+        let rule = given.iter().fold(rule.clone(), set);
+        let changed = decide(set(rule.clone(), &(param, text)));
+        assert_ne!(changed, decide(rule), "{name}: {param} does nothing");
+    }
+}
+
+/// Land where zones are numbered, and land where density decides.
+fn grounds() -> [Arc<dyn Ground>; 2] {
+    [Arc::new(Town), Arc::new(script::BareGround)]
+}
+
+fn all_blocks(rule: script::Rule) -> Vec<ParcelChoice> {
+    let faults = Arc::new(Faults::default());
+    let pattern = ParcelPattern::new(rule, faults.clone());
+    let mut choices = Vec::new();
+    for (area, density) in [(160.0, 500.0), (600.0, 9_000.0), (20_000.0, 20_000.0), (20_000.0, 50_000.0)] {
+        for ground in grounds() {
+            choices.push(pattern.choose(BlockContext { density, ground, ..BlockContext::bare(area, SEED) }));
+        }
+    }
+    for density in [500.0, 9_000.0] {
+        choices.push(pattern.choose(BlockContext { density, ..BlockContext::bare(20_000.0, SEED) }));
+    }
+    assert!(faults.is_empty(), "{:?}", faults.sorted());
+    choices
+}
+
+fn all_parcels(rule: script::Rule) -> Vec<BuildingChoice> {
+    let faults = Arc::new(Faults::default());
+    let pattern = BuildingPattern::new(rule, faults.clone());
+    let mut choices = Vec::new();
+    for (area, max_height) in [(50.0, 90.0), (300.0, 90.0), (1600.0, 900.0)] {
+        for (density, seed) in [(500.0, 1), (9_000.0, 2), (20_000.0, 3), (50_000.0, 4), (50_000.0, 5)] {
+            for ground in grounds() {
+                let bare = ShapeContext::bare(area, Seed(seed));
+                choices.push(pattern.choose(ShapeContext { density, max_height, ground, ..bare }));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{:?}", faults.sorted());
+    choices
+}
+
+#[test]
+fn every_parameter_of_the_parcel_rules_acts() {
+    let recursive = [
+        ("least_area", "200"),
+        ("most_area", "500"),
+        ("spread", "0.3"),
+        ("least_frontage", "12"),
+        ("irregularity", "0.2"),
+        ("forced_access", "0.5"),
+        ("least_convexity", "0.9"),
+        ("squared", "side"),
+        ("join", "false"),
+        ("inner", "built"),
+    ];
+    assert_all_act("parcels/recursive", &recursive.map(|(param, text)| -> Turn { (param, text, &[]) }), all_blocks);
+    let zoned: [Turn; 12] = [
+        ("zones", "nothing", &[]),
+        ("residential", "2", &[("commercial", "7")]),
+        ("commercial", "7", &[]),
+        ("skyscraper", "2", &[]),
+        ("busy", "5000", &[]),
+        ("crowded", "60000", &[]),
+        ("main_street", "100", &[("commercial", "7"), ("residential", "2")]),
+        ("house", "400", &[]),
+        ("garden", "3000", &[]),
+        ("shop", "2000", &[]),
+        ("tower", "5000", &[]),
+        ("irregularity", "0.3", &[]),
+    ];
+    assert_all_act("parcels/zoned", &zoned, all_blocks);
+}
+
+#[test]
+fn every_parameter_of_the_zoned_buildings_acts() {
+    let turns: [Turn; 19] = [
+        ("zones", "nothing", &[]),
+        ("residential", "2", &[("commercial", "7")]),
+        ("commercial", "7", &[]),
+        ("skyscraper", "2", &[]),
+        ("busy", "5000", &[]),
+        ("crowded", "60000", &[]),
+        ("main_street", "100", &[("commercial", "7"), ("residential", "2")]),
+        ("floor", "4", &[]),
+        ("house_floors", "9", &[]),
+        ("shop_floors", "20", &[]),
+        ("tower_floors", "90", &[]),
+        ("tower_area", "5000", &[]),
+        ("least_area", "400", &[]),
+        ("slenderness", "1", &[]),
+        ("front", "1", &[]),
+        ("side", "1", &[]),
+        ("rear", "1", &[]),
+        ("coverage", "0.2", &[]),
+        ("empty", "0.7", &[]),
+    ];
+    assert_all_act("buildings/zoned", &turns, all_parcels);
+}
