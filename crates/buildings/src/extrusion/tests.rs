@@ -125,7 +125,7 @@ proptest! {
         let Some(building) = super::extrude(&shape, &by_side(front, side, rear, coverage)) else { return Ok(()) };
         prop_assert!(building.footprint.area() <= coverage * outline.area() + 1e-9);
         prop_assert!(building.footprint.is_simple() && building.footprint.area() >= LEAST_FOOTPRINT);
-        let outside = boolean::difference(std::slice::from_ref(&building.footprint), &[outline.clone()]);
+        let outside = boolean::difference(std::slice::from_ref(&building.footprint), std::slice::from_ref(&outline));
         prop_assert!(outside.is_empty(), "{outside:?}");
         let kinds = sides(&outline.outer, &shape.fronts);
         for ((a, b), kind) in ring_edges(&outline.outer).zip(kinds) {
