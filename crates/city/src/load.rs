@@ -7,15 +7,13 @@ use crate::sources::{
 };
 use geom::{Bounds, Point, Raster, Vec2};
 use script::{
-    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Places, Plan, SiteInfo, SiteRequest, Sites, Source,
-    StreetImport,
+    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source, StreetImport,
 };
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use streets::Classes;
-use streets::growth::Field;
 
 /// Why a city could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -193,9 +191,7 @@ impl Loaded {
     /// The plan with its values by place read from the site.
     fn settled(&self, site: &Site) -> Result<Plan, LoadError> {
         let mut plan = self.plan.clone();
-        let maps = site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect();
-        let places = Places { maps, districts: site.districts.clone() };
-        plan.settle(places).map_err(|error| LoadError::Value { path: self.script.clone(), error })?;
+        plan.settle(site.places()).map_err(|error| LoadError::Value { path: self.script.clone(), error })?;
         Ok(plan)
     }
 

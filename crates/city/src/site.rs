@@ -1,9 +1,11 @@
 //! The place a city stands on: its maps in one local frame.
 
 use geom::{Bounds, Raster, Vec2};
+use script::Places;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::Districts;
+use streets::growth::Field;
 
 /// A place with its maps. Local frame: x east, y north, metres, (0, 0) at the south-west corner.
 #[derive(Clone, Debug)]
@@ -24,6 +26,12 @@ impl Site {
     /// The map of that name, if there is one.
     pub fn map(&self, name: &str) -> Option<&Arc<Raster>> {
         self.maps.get(name)
+    }
+
+    /// What values by place are read from.
+    pub fn places(&self) -> Places {
+        let maps = self.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect();
+        Places { maps, districts: self.districts.clone() }
     }
 
     /// Metres above sea level; 0 where there is no elevation map.

@@ -218,6 +218,34 @@ fn mistakes_are_told_before_anything_is_built() {
     assert!(error.contains("districts.png: has no legend"), "{error}");
 }
 
+/// The share of minor street in a part of the site that runs within 1° of an axis.
+fn axial_share(city: &City, part: impl Fn(f64) -> bool) -> f64 {
+    let (mut all, mut axial) = (0.0, 0.0);
+    for run in city.runs.iter().filter(|run| run.class == Classes::MINOR) {
+        for pair in run.nodes.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|node| city.graph.at(node).metres());
+            if part(a.x) && part(b.x) {
+                let (length, least) = ((b - a).length(), (b - a).abs().min_element());
+                all += length;
+                axial += if least < 0.0175 * length { length } else { 0.0 };
+            }
+        }
+    }
+    axial / all
+}
+
+#[test]
+fn districts_have_street_patterns_of_their_own() {
+    let place = Place::new(LEGEND);
+    let own = "pattern: by_district(#{ west: rule(\"streets/grid\", #{ heading: 30 }) }, rule(\"streets/grid\", #{ heading: 0";
+    let script = SCRIPT.replace("DISTRICTS", LEGEND).replace("pattern: rule(\"streets/grid\", #{ heading: 0", own);
+    let script = script.replace("between(60, 140) }),", "between(60, 140) })),");
+    fs::write(place.0.path().join("city.rhai"), script).expect("a script");
+    let city = place.city();
+    let (west, rest) = (axial_share(&city, |x| x < 540.0), axial_share(&city, |x| x > 560.0));
+    assert!(west < 0.1 && rest > 0.95, "{west} {rest}");
+}
+
 #[test]
 fn polygons_of_a_file_are_districts_too() {
     let place = Place::new("districts_from(\"d.geojson\")");

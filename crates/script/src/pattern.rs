@@ -2,6 +2,7 @@
 
 use crate::plan::MapRef;
 use crate::rule::Rule;
+use std::collections::BTreeMap;
 
 /// How much a pattern counts at a place: a formula of maps and numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,16 +17,30 @@ pub enum WeightPlan {
     Product(Vec<Self>),
     /// All of them added.
     Sum(Vec<Self>),
+    /// 1 in these districts, else 0.
+    Districts(Vec<String>),
 }
 
 impl WeightPlan {
     /// The maps it reads, in the order of the formula.
     pub fn maps(&self) -> Vec<&MapRef> {
         match self {
-            Self::Number(_) => Vec::new(),
+            Self::Number(_) | Self::Districts(_) => Vec::new(),
             Self::Map(map) => vec![map],
             Self::Inverse(other) => other.maps(),
             Self::Product(all) | Self::Sum(all) => all.iter().flat_map(Self::maps).collect(),
+        }
+    }
+}
+
+impl WeightPlan {
+    /// The districts it names, in the order of the formula.
+    pub fn districts(&self) -> Vec<&str> {
+        match self {
+            Self::Number(_) | Self::Map(_) => Vec::new(),
+            Self::Districts(names) => names.iter().map(String::as_str).collect(),
+            Self::Inverse(other) => other.districts(),
+            Self::Product(all) | Self::Sum(all) => all.iter().flat_map(Self::districts).collect(),
         }
     }
 }
@@ -102,6 +117,22 @@ impl PatternPlan {
             self.parts.push(PatternPart { name, ..part });
         }
         self
+    }
+
+    /// Another pattern in each district. Addresses call the rule of a district by its name.
+    #[must_use]
+    pub(crate) fn by_district(named: BTreeMap<String, Self>, other: Self) -> Self {
+        let all = WeightPlan::Districts(named.keys().cloned().collect());
+        let mut whole = other.times(&WeightPlan::Inverse(Box::new(all)));
+        for (district, pattern) in named {
+            let is_one = pattern.parts.len() == 1;
+            for part in pattern.times(&WeightPlan::Districts(vec![district.clone()])).parts {
+                let name = if is_one { district.clone() } else { format!("{district} {}", part.name) };
+                let name = whole.free_name(&name);
+                whole.parts.push(PatternPart { name, ..part });
+            }
+        }
+        whole
     }
 
     fn free_name(&self, name: &str) -> String {

@@ -1,7 +1,7 @@
 //! What a city script asks for, as plain data: the input of every stage.
 
 use crate::fault::Fault;
-use crate::param::{Domain, Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
+use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::pattern::PatternPlan;
 use crate::rule::{Rule, RuleKind};
 use geom::{Id, Vec2};
@@ -106,13 +106,33 @@ pub struct DensityGoal {
     /// The map of demand, e.g. people per km².
     pub map: MapRef,
     /// Demand below which no street grows.
-    pub least: f64,
+    pub least: Value,
     /// Demand from which nothing waits; the map's greatest value when none.
-    pub full: Option<f64>,
+    pub full: Option<Value>,
     /// Derivation steps that a branch waits for where the demand is zero.
-    pub pace: f64,
+    pub pace: Value,
     /// People that a kilometre of street serves, taken from the density around it; 0 for none.
     pub consume: f64,
+}
+
+impl DensityGoal {
+    /// The maps that it reads its numbers from.
+    fn maps(&self) -> Vec<&MapRef> {
+        self.values().flat_map(|(_, value)| value.maps()).collect()
+    }
+
+    /// Its numbers by name.
+    fn values(&self) -> impl Iterator<Item = (&'static str, &Value)> {
+        [("least", &self.least), ("pace", &self.pace)].into_iter().chain(self.full.iter().map(|full| ("full", full)))
+    }
+
+    /// Whether its numbers can be read on a site.
+    fn check(&self, places: &Places) -> Result<(), ParamError> {
+        self.values().try_for_each(|(name, value)| {
+            let wrong = |(message, hint): Misfit| ParamError { message: format!("`{name}` {message}"), hint };
+            places.check(&Param::plain(), value).map_err(wrong)
+        })
+    }
 }
 
 /// Where streets want to be: told by the script, or by a rule.
@@ -309,8 +329,13 @@ impl Plan {
         let of_rules = self.roles().into_iter().flat_map(|(_, rule)| rule.params().iter().map(|(_, value)| value));
         let of_quarters = self.quarters.values().flat_map(|quarter| quarter.set.values());
         let streets = [&self.highways, &self.majors, &self.minors].into_iter().flatten();
-        let widths = streets.filter_map(|plan| plan.width.as_ref());
-        let mut maps: Vec<&MapRef> = of_rules.chain(of_quarters).chain(widths).flat_map(Value::maps).collect();
+        let widths = streets.clone().filter_map(|plan| plan.width.as_ref());
+        let goals = streets.clone().filter_map(|plan| match &plan.goals {
+            Some(GoalPlan::Fixed(goal)) => Some(goal.maps()),
+            _ => None,
+        });
+        let values = of_rules.chain(of_quarters).chain(widths);
+        let mut maps: Vec<&MapRef> = values.flat_map(Value::maps).chain(goals.flatten()).collect();
         maps.sort();
         maps.dedup();
         maps
@@ -335,13 +360,26 @@ impl Plan {
         self.check_rules_of_districts(&known)?;
         let classes = [(&mut self.highways, "highways"), (&mut self.majors, "majors"), (&mut self.minors, "minors")];
         for (plan, class) in classes {
-            plan.as_mut().map_or(Ok(()), |plan| plan.settle_width(&places)).map_err(|error| within(class, error))?;
+            let Some(plan) = plan else { continue };
+            plan.settle_width(&places).map_err(|error| within(class, error))?;
+            // A goal that cannot be told is a fault of the build.
+            let goal = plan.goal().ok().flatten();
+            goal.map_or(Ok(()), |goal| goal.check(&places))
+                .map_err(|error| within(&format!("{class}.goals"), error))?;
         }
         Ok(())
     }
 
     /// Holds the districts that have rules of their own against those there are.
     fn check_rules_of_districts(&self, known: &[&str]) -> Result<(), ParamError> {
+        let patterns = [(&self.highways, "highways"), (&self.majors, "majors"), (&self.minors, "minors")];
+        for (plan, class) in patterns {
+            let parts = plan.iter().flat_map(|plan| plan.pattern.parts());
+            if let Some(unknown) = parts.flat_map(|part| part.weight.districts()).find(|name| !known.contains(name)) {
+                let (message, hint) = unknown_district(unknown, known);
+                return Err(ParamError { message: format!("{class}.pattern {message}"), hint });
+            }
+        }
         for role in ["parcels", "buildings"] {
             if let Some(unknown) = self.districts_of(role).find(|name| !known.contains(name)) {
                 let (message, hint) = unknown_district(unknown, known);
@@ -452,8 +490,7 @@ impl Plan {
 
 /// The width of streets as a parameter: what it may be.
 pub(crate) fn width_param() -> Param {
-    let domain = Domain::Number { unit: Unit::Metres, range: WIDTHS };
-    Param { name: "width".into(), domain, default: Literal::Number(WIDTHS.0), about: String::new() }
+    Param::number("width", Unit::Metres, WIDTHS)
 }
 
 /// Narrowest and widest right-of-way that a script may ask for, metres.

@@ -165,6 +165,52 @@ fn districts_have_rules_of_their_own() {
 }
 
 #[test]
+fn goals_take_numbers_by_place() {
+    let settle = |goals: &str| {
+        let text = format!("majors: streets(#{{ pattern: rule(\"mine\"), goals: {goals} }})");
+        let mut plan = city("", &text).unwrap_or_else(|fault| panic!("{fault}"));
+        plan.settle(places()).map(|()| plan.majors.expect("majors").goal().expect("told").expect("a goal"))
+    };
+    let least = |goals: &str| {
+        let goal = settle(goals).expect("settles");
+        [100.0, 700.0].map(|x| places().number(&goal.least).at(Vec2::new(x, 500.0)))
+    };
+    let by_district = "by_district(#{ \"old town\": 900 }, 50)";
+    assert_eq!(least(&format!("density(site.map(\"density\"), #{{ least: {by_district} }})")), [900.0, 50.0]);
+    assert_eq!(least(&format!("rule(\"goals/settled\", #{{ least: {by_district} }})")), [900.0, 50.0]);
+    assert_eq!(least("density(site.map(\"density\"))"), [0.0, 0.0]);
+    let full =
+        settle("density(site.map(\"density\"), #{ full: site.map(\"density\").scale(5) })").expect("settles").full;
+    assert_eq!(places().number(&full.expect("told")).at(Vec2::new(1000.0, 0.0)), 5.0);
+    let error = settle("density(site.map(\"density\"), #{ pace: by_district(#{ moon: 3 }, 1) })").expect_err("no moon");
+    assert!(error.message.starts_with("majors.goals: `pace` differs in `moon`"), "{error}");
+}
+
+#[test]
+fn districts_have_patterns_of_their_own() {
+    let pattern = |text: &str| city("", &format!("majors: streets(#{{ pattern: {text} }})"));
+    let text = "by_district(#{ \"old town\": rule(\"streets/organic\"), harbour: rule(\"mine\") * 0.5 + rule(\"streets/grid\") }, rule(\"streets/grid\"))";
+    let mut plan = pattern(text).unwrap_or_else(|fault| panic!("{fault}"));
+    let roles: Vec<String> =
+        plan.roles().into_iter().map(|(role, _)| role).filter(|role| role.starts_with("majors")).collect();
+    let own = ["grid", "harbour mine", "harbour grid", "old town"];
+    assert_eq!(roles, own.map(|name| format!("majors.pattern.{name}")));
+    plan.set("majors.pattern.old town.length=77").expect("a parameter of the organic rule");
+    plan.settle(places()).expect("settles");
+    let weights = |plan: &Plan| -> Vec<String> {
+        let majors = plan.majors.as_ref().expect("majors");
+        majors.pattern.parts().iter().map(|part| part.weight.districts().join("+")).collect()
+    };
+    assert_eq!(weights(&plan), ["harbour+old town", "harbour", "harbour", "old town"]);
+    let says = |text: &str| headline(&pattern(text).expect_err("wrong"));
+    assert!(says("by_district(#{ harbour: rule(\"mine\") })").ends_with("needs a rule for all other ground"));
+    assert!(
+        says("by_district(#{ moon: rule(\"mine\") }, rule(\"mine\"))").contains("majors.pattern differs in `moon`")
+    );
+    assert!(says("by_district(#{ harbour: 3 }, rule(\"mine\"))").contains("must be rule"));
+}
+
+#[test]
 fn what_is_told_once_does_not_differ_by_place() {
     let text = "majors: streets(#{ pattern: rule(\"mine\"), constraints: rule(\"constraints/standard\", #{ snap: by_district(#{ harbour: 9 }) }) })";
     let told = headline(&city("", text).expect_err("constraints hold everywhere"));

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Folders, city, headline, shelf};
 use geom::{Angle, Id, Vec2};
-use script::{Fault, Host, Literal, Plan, Source, WeightPlan};
+use script::{Fault, Host, Literal, Plan, Source, Value, WeightPlan};
 use std::sync::Arc;
 use streets::{Classes, StreetId};
 
@@ -28,6 +28,10 @@ city(#{
 
 fn whole() -> Plan {
     city(WHOLE).unwrap_or_else(|fault| panic!("{fault}")).plan
+}
+
+fn number(number: f64) -> Value {
+    Literal::Number(number).into()
 }
 
 /// A city on flat land with one more option.
@@ -90,12 +94,18 @@ fn streets_carry_goals_and_constraints() {
     let (majors, minors) = (plan.majors.expect("majors"), plan.minors.expect("minors"));
     assert_eq!(majors.constant_width(), Some(26.0));
     let goal = majors.goal().expect("evaluates").expect("a goal");
-    assert_eq!((goal.map.name.as_str(), goal.least, goal.pace, goal.full), ("density", 900.0, 0.0, None));
+    assert_eq!(
+        (goal.map.name.as_str(), goal.least, goal.pace, goal.full),
+        ("density", number(900.0), number(0.0), None)
+    );
     let constraints = majors.constraints().expect("evaluates").expect("constraints");
     assert_eq!((constraints.snap, constraints.least_angle), (8.0, Angle::degrees(30.0)));
     assert_eq!(constraints.extend, streets::growth::Constraints::default().extend);
     assert!(minors.constraints().expect("evaluates").is_none());
-    assert_eq!(minors.goal().expect("evaluates").map(|goal| (goal.least, goal.pace)), Some((500.0, 4.0)));
+    assert_eq!(
+        minors.goal().expect("evaluates").map(|goal| (goal.least, goal.pace)),
+        Some((number(500.0), number(4.0)))
+    );
 }
 
 #[test]

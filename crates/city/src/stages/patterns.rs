@@ -4,6 +4,7 @@ use super::Context;
 use super::streets::Network;
 use script::{PatternPart, PatternPlan, StreetPattern, WeightPlan};
 use std::sync::Arc;
+use streets::PerDistrict;
 use streets::growth::{Blend, BlendPart, Field, GrowthRules, Weight};
 
 /// What growth asks. A single rule is asked as it is.
@@ -25,6 +26,11 @@ fn weight(context: &Context, plan: &WeightPlan) -> Weight {
         // The maps of a plan were read; one that is not there weighs nothing.
         WeightPlan::Map(map) => {
             context.sources.site.map(&map.name).map_or(Weight::Number(0.0), |map| Weight::Map(Field::Map(map.clone())))
+        }
+        WeightPlan::Districts(names) => {
+            let inside = |name: &str| names.iter().any(|own| own == name).then_some(Field::Constant(1.0));
+            let districts = context.sources.site.districts.clone();
+            Weight::Map(Field::District(Arc::new(PerDistrict::new(districts, inside, Field::Constant(0.0)))))
         }
         WeightPlan::Inverse(other) => Weight::Inverse(Box::new(weight(context, other))),
         WeightPlan::Product(factors) => Weight::Product(all(factors)),

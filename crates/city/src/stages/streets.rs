@@ -12,7 +12,7 @@ use crate::{BuildError, Stage};
 use geom::point::units;
 use geom::{Angle, Id, Point, Seed, Vec2};
 use rayon::prelude::*;
-use script::{DensityGoal, GivenLine, StreetPlan};
+use script::{DensityGoal, GivenLine, StreetPlan, Value};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
@@ -186,8 +186,11 @@ fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> 
 fn goal_of(context: &Context, goal: &DensityGoal) -> Goal {
     match context.sources.site.map(&goal.map.name) {
         Some(map) => {
-            let fitted = Goal::of(Field::Map(map.clone()), goal.least, goal.pace);
-            Goal { full: goal.full.unwrap_or(fitted.full), consume: goal.consume, ..fitted }
+            let places = context.sources.site.places();
+            let number = |value: &Value| places.number(value);
+            let fitted = Goal::of(Field::Map(map.clone()), number(&goal.least), number(&goal.pace));
+            let full = goal.full.as_ref().map_or(fitted.full, number);
+            Goal { full, consume: goal.consume, ..fitted }
         }
         None => Goal::none(),
     }

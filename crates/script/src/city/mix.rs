@@ -3,6 +3,7 @@
 use super::streets::rule_of;
 use crate::fault::{Complaint, Refusal};
 use crate::host::{kind_of, number};
+use crate::param::ByDistrict;
 use crate::pattern::{PatternPlan, WeightPlan};
 use crate::plan::MapRef;
 use crate::rule::{Rule, RuleKind};
@@ -118,5 +119,13 @@ pub(super) fn pattern_of(value: Dynamic) -> Result<PatternPlan, Complaint> {
     if let Some(mix) = value.clone().try_cast::<PatternPlan>() {
         return Ok(mix);
     }
-    rule_of(value, "pattern", RuleKind::Streets).map(PatternPlan::of)
+    let by_district = value.read_lock::<ByDistrict>().map(|rules| rules.clone());
+    let Some(rules) = by_district else { return rule_of(value, "pattern", RuleKind::Streets).map(PatternPlan::of) };
+    let missing = || {
+        let help = "by_district(#{ \"old town\": rule(\"streets/organic\") }, rule(\"streets/grid\"))";
+        Complaint::new("`pattern` by district needs a rule for all other ground").hint(help).key("pattern")
+    };
+    let other = pattern_of(rules.other.ok_or_else(missing)?)?;
+    let named = rules.named.into_iter().map(|(name, rule)| Ok((name, pattern_of(rule)?)));
+    Ok(PatternPlan::by_district(named.collect::<Result<_, Complaint>>()?, other))
 }

@@ -61,6 +61,10 @@ impl Domain {
     /// Reads a value that a city script gives: the same everywhere, from a map, or by district, where `default` is what
     /// holds on ground that nothing is said about.
     pub(crate) fn read_value(&self, value: &Dynamic, default: &Literal) -> Result<Value, Misfit> {
+        if let Some(value) = value.read_lock::<Value>() {
+            // A parameter of a rule that is asked once hands its value on.
+            return Ok(value.clone());
+        }
         if let Some(values) = value.read_lock::<ByDistrict>() {
             let read = |value: &Dynamic| self.read_value(value, default);
             let (named, other) = values.read(read, || default.clone().into())?;

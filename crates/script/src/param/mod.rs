@@ -78,3 +78,16 @@ pub struct Param {
     /// What it does, in one line for panels.
     pub about: String,
 }
+
+impl Param {
+    /// A number of any size.
+    pub(crate) fn plain() -> Self {
+        Self::number("", Unit::Plain, (f64::NEG_INFINITY, f64::INFINITY))
+    }
+
+    /// A number in a range that is 0 or, where 0 is none of it, the least of it unless told.
+    pub(crate) fn number(name: &str, unit: Unit, range: (f64, f64)) -> Self {
+        let default = Literal::Number(0.0_f64.max(range.0).min(range.1));
+        Self { name: name.to_owned(), domain: Domain::Number { unit, range }, default, about: String::new() }
+    }
+}

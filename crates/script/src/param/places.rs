@@ -73,6 +73,11 @@ impl Places {
         Err((message, Some(help.into())))
     }
 
+    /// A number by place, whatever its range; it has been checked.
+    pub fn number(&self, value: &Value) -> Field {
+        self.field(&Param::plain(), value)
+    }
+
     /// A map as a field of numbers, fitted once more.
     fn fitted(&self, value: &MapValue, limits: Fit) -> Option<Field> {
         let fit = value.fit.held(limits.low, limits.high);

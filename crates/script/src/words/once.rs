@@ -3,6 +3,7 @@
 use super::options::Options;
 use crate::fault::{Complaint, Fault, Refusal};
 use crate::host::kind_of;
+use crate::param::{Literal, Value};
 use crate::plan::{DensityGoal, MapRef};
 use crate::rule::{Rule, RuleKind};
 use geom::Angle;
@@ -28,11 +29,15 @@ pub(crate) fn density(map: &Dynamic, options: Map) -> Result<DensityGoal, Compla
     let mut options = Options::new("density", options, &["least", "full", "pace", "consume"])?;
     Ok(DensityGoal {
         map,
-        least: options.number("least")?.unwrap_or(0.0),
-        full: options.number("full")?,
-        pace: options.within("pace", 0.0, 1e6, " steps")?.unwrap_or(0.0),
+        least: options.by_place("least", f64::NEG_INFINITY, f64::INFINITY)?.unwrap_or_else(nothing),
+        full: options.by_place("full", f64::NEG_INFINITY, f64::INFINITY)?,
+        pace: options.by_place("pace", 0.0, 1e6)?.unwrap_or_else(nothing),
         consume: options.within("consume", 0.0, 1e9, " people per km")?.unwrap_or(0.0),
     })
+}
+
+fn nothing() -> Value {
+    Literal::Number(0.0).into()
 }
 
 /// The goal that a rule tells.

@@ -3,6 +3,7 @@
 use crate::fault::Complaint;
 use crate::host::{kind_of, numeric};
 use crate::names::hint;
+use crate::param::{Param, Unit, Value};
 use geom::Vec2;
 use rhai::{Array, Dynamic, Map, Variant};
 
@@ -50,6 +51,14 @@ impl Options {
         value
             .map(|value| super::within(&format!("`{key}`"), &value, low, high, unit).map_err(|c| c.key(key)))
             .transpose()
+    }
+
+    /// A number in a range that may differ by place.
+    pub fn by_place(&mut self, key: &str, low: f64, high: f64) -> Result<Option<Value>, Complaint> {
+        let param = Param::number(key, Unit::Plain, (low, high));
+        let read = |value: Dynamic| param.domain.read_value(&value, &param.default);
+        let told = |(message, help)| Complaint::new(format!("`{key}` {message}")).maybe_hint(help).key(key);
+        self.take(key).map(|value| read(value).map_err(told)).transpose()
     }
 
     /// A value of a type that has a name in words.

@@ -36,12 +36,12 @@ impl<'a> Demand<'a> {
             return true;
         }
         let left = self.left_at(place);
-        left > 0.0 && left >= self.goal.least
+        left > 0.0 && left >= self.goal.least.at(place)
     }
 
     /// Steps that branches at a place wait for: as the goal says of what is left.
     pub fn delay(&self, place: Vec2) -> u32 {
-        if self.goal.consume <= 0.0 { self.goal.delay(place) } else { self.goal.delay_of(self.left_at(place)) }
+        if self.goal.consume <= 0.0 { self.goal.delay(place) } else { self.goal.delay_of(place, self.left_at(place)) }
     }
 
     /// Notes that a street was laid, in metres.

@@ -58,6 +58,12 @@ impl Fit {
     }
 }
 
+impl From<f64> for Field {
+    fn from(value: f64) -> Self {
+        Self::Constant(value)
+    }
+}
+
 impl Field {
     /// The value at a place in metres.
     pub fn at(&self, place: Vec2) -> f64 {

@@ -10,11 +10,11 @@ pub struct Goal {
     /// People per km², or any measure of demand.
     pub density: Field,
     /// Demand below which a proposal is refused.
-    pub least: f64,
+    pub least: Field,
     /// Demand at and above which nothing waits; the delay below it grows linearly.
-    pub full: f64,
+    pub full: Field,
     /// Derivation steps that a branch waits for where the demand is zero.
-    pub pace: f64,
+    pub pace: Field,
     /// People that a kilometre of street serves: what it takes from the density around it, so that streets stop growing
     /// where everyone is served. 0 for none: demand then lasts for ever.
     pub consume: f64,
@@ -22,43 +22,41 @@ pub struct Goal {
 
 impl Goal {
     /// A goal whose `full` is the largest value of the density.
-    pub fn of(density: Field, least: f64, pace: f64) -> Self {
+    pub fn of(density: Field, least: impl Into<Field>, pace: impl Into<Field>) -> Self {
         let full = match &density {
             Field::Constant(value) => *value,
             // At least 0.
             map => map.range().1.max(0.0),
         };
-        Self { density, least, full, pace, consume: 0.0 }
+        Self { density, least: least.into(), full: full.into(), pace: pace.into(), consume: 0.0 }
     }
 
     /// Demand everywhere: refuses nothing, delays nothing.
     pub fn none() -> Self {
-        Self { density: Field::Constant(1.0), least: 0.0, full: 1.0, pace: 0.0, consume: 0.0 }
+        Self { full: Field::Constant(1.0), ..Self::of(Field::Constant(1.0), 0.0, 0.0) }
     }
 
     /// Whether streets are wanted at a place in metres.
     pub fn is_met(&self, place: Vec2) -> bool {
         // Written so that a density that is not a number refuses.
-        self.density.at(place) >= self.least
+        self.density.at(place) >= self.least.at(place)
     }
 
     /// Derivation steps that branches at a place wait for on top of their own delay: `pace · (1 - density / full)`,
     /// rounded; none where `full` or `pace` is not positive.
     pub fn delay(&self, place: Vec2) -> u32 {
-        if self.full <= 0.0 || self.pace <= 0.0 {
-            return 0;
-        }
-        self.delay_of(self.density.at(place))
+        self.delay_of(place, self.density.at(place))
     }
 
-    /// The same for a density.
-    pub(super) fn delay_of(&self, density: f64) -> u32 {
-        if self.full <= 0.0 || self.pace <= 0.0 {
+    /// The same for another density there.
+    pub(super) fn delay_of(&self, place: Vec2, density: f64) -> u32 {
+        let (full, pace) = (self.full.at(place), self.pace.at(place));
+        if full <= 0.0 || pace <= 0.0 {
             return 0;
         }
-        let share = (density / self.full).clamp(0.0, 1.0);
+        let share = (density / full).clamp(0.0, 1.0);
         // The cast saturates, and a value that is not a number becomes 0.
-        (self.pace * (1.0 - share)).round() as u32
+        (pace * (1.0 - share)).round() as u32
     }
 }
 

@@ -157,7 +157,7 @@ fn no_streets_grow_where_nobody_lives() {
     let west = Bounds::between(at(-501.0, -501.0), at(61.0, 501.0));
     assert!(graph.nodes_unsorted().all(|(_, node)| west.contains(node.at)));
     // A goal that refuses and delays nothing changes nothing.
-    settings.goal = Goal { least: 0.0, pace: 0.0, ..settings.goal };
+    settings.goal = Goal { least: 0.0.into(), pace: 0.0.into(), ..settings.goal };
     let without = grown(&minors(), &winding(), 300.0);
     assert!(grown(&settings, &winding(), 300.0).1 == without.1);
 }
