@@ -7,13 +7,17 @@ use crate::sources::{
 };
 use geom::{Bounds, Point, Raster, Vec2};
 use script::{
-    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source, StreetImport,
+    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source,
+    StreetImport, StreetUnits,
 };
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use streets::Classes;
+
+/// Most land in km² on which the streets of one city may grow: ten times the largest cities, and more than memory holds.
+const MOST_KM2: f64 = 10_000.0;
 
 /// Why a city could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -172,7 +176,7 @@ impl Loaded {
             let path = self.folder.join(&import.file);
             // Without maps the first file says where the site lies; later ones are read into its frame.
             let known = frame.or_else(|| own_site.as_ref().and_then(|site: &Site| Frame::of_site(site).ok().flatten()));
-            let file = read_streets(&path, known)?;
+            let file = read_streets(&path, known, import.units)?;
             if from_maps.is_none() && own_site.is_none() {
                 own_site = Some(site_of_streets(&file));
             }
@@ -185,7 +189,21 @@ impl Loaded {
         let imports =
             files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
         let plan = self.settled(&site)?;
-        Ok(Sources { name: self.name.clone(), plan, site: Arc::new(site), imports, warnings })
+        let sources = Sources { name: self.name.clone(), plan, site: Arc::new(site), imports, warnings };
+        self.check_size(&sources)?;
+        Ok(sources)
+    }
+
+    /// Refuses what no machine could hold, before it tries.
+    fn check_size(&self, sources: &Sources) -> Result<(), SourceError> {
+        let km2 = sources.growing_km2();
+        if km2 <= MOST_KM2 {
+            return Ok(());
+        }
+        let message =
+            format!("streets would grow on {km2:.0} km²; {MOST_KM2} km² are the most that one city may cover");
+        let hint = "give a smaller site (sizes are in metres), or a mask of what to build as `within`";
+        Err(SourceError::kind(&self.script, message, hint.into()))
     }
 
     /// The plan with its values by place read from the site.
@@ -254,12 +272,21 @@ fn is_mask_by_name(name: &str) -> bool {
     KNOWN_MAPS.contains(&name) && matches!(name, "land" | "parks")
 }
 
-fn read_streets(path: &Path, frame: Option<Frame>) -> Result<sources::StreetFile, SourceError> {
+fn read_streets(
+    path: &Path,
+    frame: Option<Frame>,
+    units: Option<StreetUnits>,
+) -> Result<sources::StreetFile, SourceError> {
     let name = path.to_string_lossy();
     if name.ends_with(".osm") || name.ends_with(".pbf") {
         return read_osm(path, frame);
     }
-    let frame = frame.map_or(GeoJsonFrame::default(), GeoJsonFrame::Onto);
+    let frame = match (units, frame) {
+        (Some(StreetUnits::Metres), _) => GeoJsonFrame::LocalMetres,
+        (Some(StreetUnits::Degrees), frame) => GeoJsonFrame::Degrees(frame),
+        (None, Some(frame)) => GeoJsonFrame::Onto(frame),
+        (None, None) => GeoJsonFrame::Detect,
+    };
     read_geojson_streets(path, frame)
 }
 
@@ -330,6 +357,22 @@ impl Sources {
         credits.sort();
         credits.dedup();
         credits
+    }
+
+    /// Square kilometres on which streets may grow: the site, as far as masks say; 0 when the plan grows none.
+    pub fn growing_km2(&self) -> f64 {
+        let plan = &self.plan;
+        if plan.highways.is_none() && plan.majors.is_none() && plan.minors.is_none() {
+            return 0.0;
+        }
+        let share = |map: Option<&Arc<Raster>>| {
+            let values = map.map_or(&[][..], |map| map.values());
+            let inside = values.iter().filter(|&&value| value > 0.5).count();
+            if values.is_empty() { 1.0 } else { inside as f64 / values.len() as f64 }
+        };
+        let within = plan.within.as_ref().and_then(|within| self.site.map(&within.name));
+        let size = self.site.bounds.size();
+        size.x * size.y / 1e6 * share(self.site.map("land")).min(share(within))
     }
 
     /// Whether streets may lie anywhere at all.

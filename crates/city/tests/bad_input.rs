@@ -264,3 +264,86 @@ fn validate_says_what_is_wrong() {
     fs::write(folder.path().join("broken.geojson"), "{ \"type\": ").expect("a file");
     check(&plat("broken.geojson"), 3, &["broken.geojson"]);
 }
+
+#[test]
+fn sidecars_are_told_in_the_words_of_the_file() {
+    for (sidecar, words) in [
+        ("7", &["land.json", "is the number 7, not a JSON object"][..]),
+        ("{\n \"pixel_size_m\": \"ten\"}", &["land.json:2:2", "`pixel_size_m` must be a number, not the text \"ten\""]),
+        (r#"{"size_m": [1]}"#, &["`size_m` must be two numbers, [width, height]"]),
+        (r#"{"size_m": [1, 1], "value": {"scale": "a"}}"#, &["`value.scale` must be a number"]),
+        (r#"{"size_m": [1, 1], "bounds_crs_m": {"minx": 1}}"#, &["`bounds_crs_m` lacks `miny`"]),
+    ] {
+        let place = Place::new(MAPPED);
+        place.map("land", 10, 255, sidecar);
+        let message = String::from_utf8_lossy(&place.plat(&[]).stderr).into_owned();
+        assert!(!message.contains("struct") && !message.contains("f64"), "{message}");
+        place.expect(3, words);
+    }
+}
+
+#[test]
+fn sites_beyond_any_memory_are_refused_before_they_are_built() {
+    let city = |side: u32| {
+        format!(
+            "city(#{{ site: site(#{{ size: [{side}, {side}] }}), minors: streets(#{{ pattern: rule(\"streets/grid\") }}) }});"
+        )
+    };
+    Place::new(&city(400_000)).expect(3, &["160000 km²", "metres", "within"]);
+    // Large land on which nothing grows costs nothing.
+    let given = "city(#{ site: site(#{ size: [400000, 400000] }), given: [line([[0, 0], [900, 0]])] });";
+    Place::new(given).expect(0, &[]);
+}
+
+#[test]
+fn streets_in_metres_may_be_said_in_the_script() {
+    let streets = r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{},
+        "geometry":{"type":"LineString","coordinates":[[100,100],[900,150]]}}]}"#;
+    let city = |options: &str| {
+        let place = Place::new(&format!(
+            "city(#{{ site: site(#{{ size: [1000, 1000] }}), imported: streets_from(\"x.geojson\"{options}) }});"
+        ));
+        place.write("x.geojson", streets.as_bytes());
+        place
+    };
+    let place = city(", #{ units: \"m\" }");
+    place.expect(0, &[]);
+    let layout = fs::read_to_string(place.path("out/layout.geojson")).expect("a layout");
+    assert!(layout.contains("[[100,100],[900,150]]"), "{layout}");
+    city("").expect(3, &["not longitude and latitude", "units"]);
+    city(", #{ units: \"degrees\" }").expect(3, &["not longitude and latitude"]);
+    city(", #{ units: \"feet\" }").expect(3, &["must be \"m\" or \"degrees\", not \"feet\""]);
+    let osm = "city(#{ site: site(#{ size: [9, 9] }), imported: streets_from(\"x.osm\", #{ units: \"m\" }) });";
+    Place::new(osm).expect(3, &["`units` is for .geojson files"]);
+}
+
+#[test]
+fn what_a_terminal_would_hide_is_spelt_out() {
+    for text in ["city(#{ site: \0 7 });", "let a = \u{1b}[31m;"] {
+        let output = Place::new(text).plat(&[]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        check(&output, 3, &["U+00", "UTF-8"]);
+        assert!(!message.contains(|letter: char| letter.is_control() && letter != '\n'), "{message:?}");
+    }
+}
+
+#[test]
+fn functions_with_other_arguments_are_told_by_line() {
+    let place = Place::new(OWN_RULE);
+    place.write("streets/own.rhai", b"//! A rule.\n\nfn propose(tip) {\n    tip.ahead(30);\n}\n");
+    place.expect(
+        3,
+        &["own.rhai:3:1", "`fn propose` has 1 argument, but is called with 2", "write `fn propose(tip, p)`"],
+    );
+    place.write("streets/own.rhai", b"params(7);\nfn propose(tip, p) {\n    tip.ahead(30);\n}\n");
+    place.expect(3, &["own.rhai:1:1", "params(#{ name: parameter"]);
+}
+
+#[test]
+fn numbers_below_zero_are_no_options() {
+    for (option, words) in [("--seed", "a seed is a whole number from 0"), ("--threads", "not in 0..=1024")] {
+        let output = Place::new(OWN_RULE).plat(&[option, "-5"]);
+        check(&output, 2, &[words]);
+        assert!(!String::from_utf8_lossy(&output.stderr).contains("-- -5"));
+    }
+}

@@ -24,7 +24,7 @@ pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, Pa
 pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{
     DensityGoal, DistrictPlan, GivenLine, GoalPlan, MapOptions, MapRef, NO_DISTRICT, Plan, QuarterPlan, RoleParam,
-    SitePlan, StreetImport, StreetPlan,
+    SitePlan, StreetImport, StreetPlan, StreetUnits,
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{

@@ -83,11 +83,22 @@ pub struct GivenLine {
     pub name: Option<String>,
 }
 
+/// What the coordinates of a GeoJSON file count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StreetUnits {
+    /// Metres in the site's frame.
+    Metres,
+    /// Degrees of longitude and latitude.
+    Degrees,
+}
+
 /// Streets from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreetImport {
     /// The file, relative to the city's folder: `.geojson`, `.osm` or `.osm.pbf`.
     pub file: String,
+    /// The unit of a GeoJSON file's coordinates; what the file says when none.
+    pub units: Option<StreetUnits>,
     /// The class of streets that `classes` says nothing about; the importer's choice when none.
     pub class: Option<Class>,
     /// The width in metres of streets that say nothing themselves.

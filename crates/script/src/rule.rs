@@ -332,6 +332,9 @@ fn kinds_of(ast: &AST, path: &str) -> Result<Vec<RuleKind>, Fault> {
     if !kinds.is_empty() {
         return Ok(kinds);
     }
+    if let Some(fault) = miscounted(ast, path, &functions) {
+        return Err(fault);
+    }
     let forms: Vec<String> = RuleKind::ALL.iter().map(|kind| kind.form()).collect();
     let near = functions.iter().find_map(|(name, _)| {
         let kind = RuleKind::ALL.into_iter().find(|kind| kind.function() == *name);
@@ -343,6 +346,18 @@ fn kinds_of(ast: &AST, path: &str) -> Result<Vec<RuleKind>, Fault> {
         None => format!("a rule has one of the functions {}", forms.join(", ")),
     };
     Err(Fault::new(path, "this file decides nothing").with_hint(Some(help)))
+}
+
+/// What is wrong with a function that has a rule's name, but takes more or fewer arguments.
+fn miscounted(ast: &AST, path: &str, functions: &[(&str, usize)]) -> Option<Fault> {
+    let of = |name: &str| RuleKind::ALL.into_iter().find(|kind| kind.function() == name);
+    let (kind, count) = functions.iter().find_map(|&(name, count)| Some((of(name)?, count)))?;
+    let line = ast.shared_lib().get_script_fn(kind.function(), count)?.body.start_position().line().unwrap_or(0);
+    let (name, takes) = (kind.function(), kind.arguments().len());
+    let plural = if count == 1 { "" } else { "s" };
+    let message = format!("`fn {name}` has {count} argument{plural}, but is called with {takes}");
+    let fault = Fault::new(path, message).with_hint(Some(format!("write `fn {}`", kind.form())));
+    Some(Fault { line: line as u32, column: u32::from(line > 0), ..fault })
 }
 
 /// The statements of the function whose braces stand at two positions: Rhai does not hand them out by function.

@@ -195,7 +195,7 @@ fn a_rule_may_use_another_without_its_parameters() {
 #[test]
 fn a_file_that_decides_nothing_is_told_what_it_may_decide() {
     assert_eq!(refused("fn propos(tip, p) { }").hint.as_deref(), Some("did you mean `fn propose(tip, p)`?"));
-    assert_eq!(refused("fn build(p) { }").hint.as_deref(), Some("did you mean `fn build(shape, p)`?"));
+    assert_eq!(refused("fn build(p) { }").hint.as_deref(), Some("write `fn build(shape, p)`"));
     assert!(refused("").hint.expect("a hint").starts_with("a rule has one of the functions propose(tip, p), "));
 }
 

@@ -40,6 +40,7 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     export::prepare(&arguments.out).map_err(|error| failed(&error))?;
     let sources = loaded.read().map_err(|error| failed(&error))?;
     check_colours(arguments, &sources)?;
+    warn_of_size(arguments, &sources);
     let settings = Settings {
         threads: usize::from(arguments.threads),
         until: arguments.until,
@@ -88,6 +89,20 @@ fn built_from(arguments: &BuildArguments) -> BuiltFrom {
 pub fn param(error: &script::ParamError) -> String {
     let hint = error.hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}"));
     format!("{}{hint}", error.message)
+}
+
+/// Land in km² from which a build takes hours and tens of gigabytes.
+const LARGE_KM2: f64 = 1000.0;
+
+/// Says so before a build takes very long.
+fn warn_of_size(arguments: &BuildArguments, sources: &Sources) {
+    let km2 = sources.growing_km2();
+    if km2 > LARGE_KM2 && !arguments.quiet {
+        eprintln!("   warning  streets grow on {km2:.0} km²: this may take hours and tens of gigabytes of memory");
+        eprintln!(
+            "  hint: sizes of sites are in metres; `within` names a mask of what to build, --until streets stops early"
+        );
+    }
 }
 
 /// Refuses colours by a map that the site does not have, before anything is built.

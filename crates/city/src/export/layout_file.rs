@@ -103,6 +103,8 @@ pub struct Properties {
     pub bridge: bool,
     /// Whether it says that it is a tunnel.
     pub tunnel: bool,
+    /// How many streets meet at a crossing.
+    pub degree: Option<f64>,
     /// The block of a parcel.
     pub block: Option<String>,
     /// The streets a parcel fronts.
@@ -331,6 +333,7 @@ impl Properties {
             "level" => self.level = value.number().unwrap_or(0.0),
             "bridge" => self.bridge = value.truth(),
             "tunnel" => self.tunnel = value.truth(),
+            "degree" => self.degree = value.number(),
             "block" => self.block = value.id(),
             "access" => self.access = if let Value::Texts(texts) = value { Some(texts) } else { None },
             "use" => self.usage = value.text(),

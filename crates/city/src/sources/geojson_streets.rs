@@ -19,6 +19,8 @@ pub enum GeoJsonFrame {
     Onto(Frame),
     /// Local metres, whatever the file says.
     LocalMetres,
+    /// Degrees, whatever the file says, laid into this frame if there is one.
+    Degrees(Option<Frame>),
 }
 
 /// Reads the LineString and MultiLineString features of a file. A feature's key is its `id`, else its number; its class is
@@ -61,7 +63,11 @@ pub(super) fn features_of<'a>(path: &Path, collection: &'a Value, hint: &str) ->
 }
 
 fn is_metres(collection: &Value, frame: GeoJsonFrame) -> bool {
-    frame == GeoJsonFrame::LocalMetres || says_metres(collection)
+    match frame {
+        GeoJsonFrame::LocalMetres => true,
+        GeoJsonFrame::Degrees(_) => false,
+        GeoJsonFrame::Detect | GeoJsonFrame::Onto(_) => says_metres(collection),
+    }
 }
 
 /// Whether a file says that its coordinates are local metres.
@@ -147,7 +153,7 @@ impl Reader<'_> {
         }
         let frame = match frame {
             _ if metres => stated_frame(collection),
-            GeoJsonFrame::Onto(frame) => Some(frame),
+            GeoJsonFrame::Onto(frame) | GeoJsonFrame::Degrees(Some(frame)) => Some(frame),
             _ => Some(frame_around(path, &lines)?),
         };
         for line in &mut lines {
@@ -181,7 +187,7 @@ pub(super) fn position_of(
     if !metres && !on_earth {
         let what = format!(
             "{x}, {y} is not longitude and latitude in degrees; coordinates in metres need \"plat\": {{\"units\": \
-             \"m\"}} at the top of the file"
+             \"m\"}} at the top of the file, or streets `units: \"m\"` where the script names them"
         );
         return Err(blame(what));
     }

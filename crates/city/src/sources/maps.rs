@@ -454,13 +454,13 @@ mod tests {
     fn sidecars_are_checked() {
         for (sidecar, wrong) in [
             ("{\n  \"pixel_size_m\": ,\n}", "m.json:2:19: expected value"),
-            (r#"{"pixel_size_m": "ten"}"#, "invalid type: string"),
+            (r#"{"pixel_size_m": "ten"}"#, "`pixel_size_m` must be a number, not the text \"ten\""),
             (r#"{"pixel_size_m": 1e999}"#, "number out of range"),
             (r#"{"pixel_size_m": NaN}"#, "expected value"),
             (r#"{"pixel_size_m": 0}"#, "pixel_size_m is 0: it must be a finite number above 0"),
             (r#"{"pixel_size_m": -3}"#, "pixel_size_m is -3"),
             (r#"{"size_m": [20, 0]}"#, "size_m[1] is 0"),
-            (r#"{"size_m": [20]}"#, "invalid length 1"),
+            (r#"{"size_m": [20]}"#, "`size_m` must be two numbers"),
             (r#"{"size_m": [20, 30]}"#, "pixels must be square"),
             (r#"{"size_m": [20, 20], "pixel_size_m": 11}"#, "they make [22, 22]"),
             (r#"{"pixel_size_m": 10, "value": {"scale": 0}}"#, "value.scale is 0"),
@@ -468,7 +468,7 @@ mod tests {
             (r#"{"pixel_size_m": 300000}"#, "between 1 mm and 524 km"),
             (r#"{"pixel_size_m": 0.0001}"#, "between 1 mm and 524 km"),
             (r#"{"crs": "EPSG:32618"}"#, "does not say how large the map is"),
-            ("[]", "invalid length 0"),
+            ("[]", "is a list, not a JSON object"),
             ("", "m.json:1:0: EOF"),
             (
                 r#"{"pixel_size_m": 10, "bounds_crs_m": {"minx": 0, "miny": 0, "maxx": 30, "maxy": 20}}"#,

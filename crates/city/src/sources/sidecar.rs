@@ -3,6 +3,7 @@
 use super::error::{SourceError, read_bytes};
 use geom::{Point, Vec2};
 use serde::Deserialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -72,6 +73,87 @@ pub(super) struct Placement {
 /// digits, none for pixels that are not square.
 const SQUARE_SLACK: f64 = 0.1;
 
+const FORM: &str = "a sidecar is a JSON object such as {\"pixel_size_m\": 10}";
+
+/// What a field of a sidecar must be.
+type Kind = (&'static str, fn(&Value) -> bool);
+const NUMBER: Kind = ("a number", Value::is_number);
+const TEXT: Kind = ("a text", Value::is_string);
+const OBJECT: Kind = ("an object", Value::is_object);
+const SIZE: Kind = ("two numbers, [width, height]", |value| {
+    value.as_array().is_some_and(|items| items.len() == 2 && items.iter().all(Value::is_number))
+});
+const TEXTS: Kind = ("names with colours, {\"harbour\": \"#2980b9\"}", |value| {
+    value.as_object().is_some_and(|items| items.values().all(Value::is_string))
+});
+
+/// The fields that are read, and whether each may be absent or null.
+const FIELDS: [(&str, Kind, bool); 13] = [
+    ("/pixel_size_m", NUMBER, true),
+    ("/size_m", SIZE, true),
+    ("/value", OBJECT, false),
+    ("/value/scale", NUMBER, false),
+    ("/value/offset", NUMBER, false),
+    ("/value/units", TEXT, false),
+    ("/crs", TEXT, true),
+    ("/bounds_crs_m", OBJECT, true),
+    ("/bounds_crs_m/minx", NUMBER, false),
+    ("/bounds_crs_m/miny", NUMBER, false),
+    ("/bounds_crs_m/maxx", NUMBER, false),
+    ("/bounds_crs_m/maxy", NUMBER, false),
+    ("/legend", TEXTS, true),
+];
+
+/// Checks that each field is of its kind, and says which one is not, in the words of the file.
+fn check_kinds(path: &Path, text: &str, says: &Value) -> Result<(), SourceError> {
+    if !says.is_object() {
+        return Err(SourceError::kind(path, format!("is {}, not a JSON object", told(says)), FORM.to_owned()));
+    }
+    for (field, (wanted, is_good), may_be_null) in FIELDS {
+        match says.pointer(field) {
+            Some(Value::Null) if may_be_null => {}
+            Some(value) if !is_good(value) => {
+                return Err(wrong(path, text, field, format!("must be {wanted}, not {}", told(value))));
+            }
+            _ => {}
+        }
+    }
+    let missing = |field: &&&str| says.pointer(&format!("/bounds_crs_m/{field}")).is_none();
+    match ["minx", "miny", "maxx", "maxy"].iter().find(missing) {
+        Some(field) if says.get("bounds_crs_m").is_some_and(Value::is_object) => {
+            Err(wrong(path, text, "/bounds_crs_m", format!("lacks `{field}`")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What is wrong with a field, at the place where its name stands.
+fn wrong(path: &Path, text: &str, field: &str, what: String) -> SourceError {
+    let name = field.trim_start_matches('/').replace('/', ".");
+    let key = format!("\"{}\"", field.rsplit('/').next().unwrap_or(field));
+    let before = text.find(&key).map_or("", |at| &text[..at]);
+    SourceError::Syntax {
+        path: path.to_owned(),
+        line: before.matches('\n').count() + 1,
+        column: before.rsplit('\n').next().unwrap_or("").chars().count() + 1,
+        message: format!("`{name}` {what}"),
+        hint: FORM.to_owned(),
+    }
+}
+
+/// A value in few words.
+fn told(value: &Value) -> String {
+    let text = value.to_string();
+    match value {
+        Value::Array(_) => "a list".into(),
+        Value::Object(_) => "an object".into(),
+        Value::Null => "null".into(),
+        Value::Bool(_) => text,
+        Value::Number(_) => format!("the number {text}"),
+        Value::String(_) => format!("the text {text}"),
+    }
+}
+
 impl Sidecar {
     /// Reads a sidecar; `None` when there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, SourceError> {
@@ -79,9 +161,10 @@ impl Sidecar {
             return Ok(None);
         }
         let bytes = read_bytes(path)?;
-        serde_json::from_slice(&bytes)
-            .map(Some)
-            .map_err(|e| SourceError::json(path, &e, "a sidecar is a JSON object such as {\"pixel_size_m\": 10}"))
+        let json = |error: &serde_json::Error| SourceError::json(path, error, FORM);
+        let says: Value = serde_json::from_slice(&bytes).map_err(|error| json(&error))?;
+        check_kinds(path, &String::from_utf8_lossy(&bytes), &says)?;
+        serde_json::from_value(says).map(Some).map_err(|error| json(&error))
     }
 
     /// Size and pixel size of a picture of `width` × `height` pixels; `path` is blamed for what does not fit.

@@ -3,7 +3,8 @@
 use super::ValidationReport;
 use crate::Until;
 use crate::export::LayoutFile;
-use crate::export::layout_file::{Feature, Properties};
+use crate::export::layout_file::{Feature, Geometry, Properties};
+use geom::{Point, Vec2};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Checks `ids` and `S`.
@@ -19,6 +20,32 @@ pub fn check(file: &LayoutFile, until: Until, report: &mut ValidationReport) {
     }
     for feature in &file.features {
         check_feature(feature, report);
+    }
+    check_degrees(file, report);
+}
+
+/// Each crossing says how many streets end there: V1, as streets meet at crossings.
+fn check_degrees(file: &LayoutFile, report: &mut ValidationReport) {
+    let of_kind = |kind: &'static str| file.features.iter().filter(move |f| f.properties.kind.as_deref() == Some(kind));
+    let mut arms: BTreeMap<&str, u32> = BTreeMap::new();
+    for street in of_kind("street") {
+        let ends = [&street.properties.from, &street.properties.to];
+        ends.into_iter().flatten().for_each(|end| *arms.entry(end).or_default() += 1);
+    }
+    for crossing in of_kind("crossing") {
+        let Some(id) = crossing.properties.id.as_deref() else { continue };
+        let met = arms.get(id).copied().unwrap_or(0);
+        let message = match crossing.properties.degree {
+            Some(degree) if degree == f64::from(met) => continue,
+            Some(degree) => format!("crossing {id} says degree {degree}, but {met} streets end there"),
+            None => format!("crossing {id} does not say its degree; {met} streets end there"),
+        };
+        let place = if let Geometry::Point([x, y]) = crossing.geometry {
+            Point::try_from_metres(Vec2::new(x, y))
+        } else {
+            None
+        };
+        report.add("V1", &[("crossing", id)], place, message);
     }
 }
 

@@ -135,11 +135,33 @@ fn other_levels_may_pass() {
             bridge.properties.from = id_at(file, ends[0]);
             bridge.properties.to = id_at(file, ends[1]);
             *line(&mut bridge) = ends.to_vec();
+            for crossing in
+                file.features.iter_mut().filter(|f| ends.iter().any(|at| f.geometry == Geometry::Point(*at)))
+            {
+                crossing.properties.degree = crossing.properties.degree.map(|degree| degree + 1.0);
+            }
             file.features.push(bridge);
         })
     };
     assert!(over(2.0).is_empty(), "{:?}", over(2.0));
     assert!(over(0.0).contains(&"V1"));
+}
+
+#[test]
+fn crossings_say_how_many_streets_end_there() {
+    let degree = |degree: Option<f64>| broken_by(|file| first(file, "crossing").properties.degree = degree);
+    assert_eq!(degree(Some(7.0)), ["V1"]);
+    assert_eq!(degree(None), ["V1"]);
+    let gone = broken_by(|file| {
+        let at = file.features.iter().position(|f| f.properties.kind.as_deref() == Some("street")).unwrap();
+        file.features.remove(at);
+    });
+    assert_eq!(gone, ["V1"]);
+    let mut file = good();
+    first(&mut file, "crossing").properties.degree = Some(7.0);
+    let report = check(&file, Until::Buildings);
+    assert!(report.violations[0].message.contains("says degree 7, but"), "{}", report.violations[0]);
+    assert!(report.violations[0].place.is_some());
 }
 
 #[test]
@@ -151,6 +173,7 @@ fn crossings_keep_their_distance() {
             let at = a.midpoint(b) + (b - a).normalize().perp() * offset;
             let mut feature = first(file, "crossing").clone();
             feature.properties.id = Some("near".into());
+            feature.properties.degree = Some(0.0);
             feature.geometry = Geometry::Point(at.to_array());
             file.features.push(feature);
         })
@@ -160,6 +183,7 @@ fn crossings_keep_their_distance() {
     let pair = broken_by(|file| {
         let mut feature = first(file, "crossing").clone();
         feature.properties.id = Some("twin".into());
+        feature.properties.degree = Some(0.0);
         file.features.push(feature);
     });
     assert_eq!(pair, ["V2"]);

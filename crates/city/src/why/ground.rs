@@ -40,9 +40,16 @@ fn told(number: f64) -> String {
 pub fn tell_rules(answer: &mut Answer, sources: &Sources, part: &str, quarter: Option<Id>) {
     let plan = &sources.plan;
     let place = Vec2::from_array(answer.place);
-    for (role, rule) in plan.roles() {
-        let role = role.to_string();
-        if role != part && !role.starts_with(&format!("{part}.")) {
+    let roles = plan.roles();
+    // Parcels and buildings may have a rule of the district's own in place of the city's.
+    let of_district = format!("{part}.{}", sources.site.districts.name_at(place));
+    let is_own = roles.iter().any(|(role, _)| *role == of_district);
+    let is_meant = |role: &str| match part {
+        "parcels" | "buildings" => role == if is_own { &of_district } else { part },
+        _ => role.strip_prefix(part).is_some_and(|slot| slot.starts_with('.')),
+    };
+    for (role, rule) in roles {
+        if !is_meant(&role) {
             continue;
         }
         let here = plan.rule_in(quarter, &role).unwrap_or_else(|| rule.clone());

@@ -5,7 +5,9 @@ use crate::fault::{Complaint, Refusal};
 use crate::host::{is_inside, kind_of};
 use crate::names::hint;
 use crate::param::{ByDistrict, Value};
-use crate::plan::{DensityGoal, GivenLine, GoalPlan, StreetImport, StreetPlan, WIDTHS, decides, width_param};
+use crate::plan::{
+    DensityGoal, GivenLine, GoalPlan, StreetImport, StreetPlan, StreetUnits, WIDTHS, decides, width_param,
+};
 use crate::rule::{Rule, RuleKind};
 use crate::words::options::{Options, pair, text};
 use geom::{Point, Vec2};
@@ -101,7 +103,8 @@ fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
         let help = "streets come from .geojson, .osm and .osm.pbf files";
         return Err(Complaint::new(format!("`{file}` is no file of streets")).hint(help));
     }
-    let mut options = Options::new("streets_from", options, &["class", "width", "classes", "widths", "credit"])?;
+    let mut options =
+        Options::new("streets_from", options, &["class", "width", "classes", "widths", "credit", "units"])?;
     let named = |(value, name): (_, Dynamic)| Ok((String::from(value), class(&text(name, "classes")?, "classes")?));
     let wide = |(value, metres): (_, Dynamic)| {
         let metres =
@@ -110,12 +113,31 @@ fn import(file: &str, options: Map) -> Result<StreetImport, Complaint> {
     };
     Ok(StreetImport {
         file: file.to_owned(),
+        units: options.text("units")?.map(|units| street_units(file, &units)).transpose()?,
         class: options.text("class")?.map(|name| class(&name, "class")).transpose()?,
         width: width(&mut options)?,
         classes: options.map("classes")?.into_iter().map(named).collect::<Result<BTreeMap<_, _>, Complaint>>()?,
         credit: options.text("credit")?,
         widths: options.map("widths")?.into_iter().map(wide).collect::<Result<BTreeMap<_, _>, _>>()?,
     })
+}
+
+/// What the coordinates of a file count, as `units: "m"` says.
+fn street_units(file: &str, units: &str) -> Result<StreetUnits, Complaint> {
+    if !file.ends_with(".geojson") {
+        let help = "leave it out: OpenStreetMap's own files are always in degrees";
+        return Err(Complaint::new("`units` is for .geojson files").hint(help).key("units"));
+    }
+    match units {
+        "m" => Ok(StreetUnits::Metres),
+        "degrees" => Ok(StreetUnits::Degrees),
+        other => {
+            let help = "metres count from the south-west corner of the site, degrees are longitude and latitude";
+            Err(Complaint::new(format!("`units` must be \"m\" or \"degrees\", not \"{other}\""))
+                .hint(help)
+                .key("units"))
+        }
+    }
 }
 
 /// Everything that `streets(…)` knows.

@@ -41,7 +41,19 @@ pub(crate) fn of_error(error: EvalAltResult, diagnosis: &Diagnosis<'_>) -> Fault
     let line = spot.position.line().unwrap_or(0) as u32;
     let column = if line == 0 { 0 } else { spot.position.position().unwrap_or(1) as u32 };
     let (line, column) = on_key(&words, diagnosis, &spot.file, (line, column));
-    Fault { line, column, hint: words.hint, ..Fault::new(spot.file, words.message) }
+    let (message, hint) = printable(words.message, words.hint);
+    Fault { line, column, hint, ..Fault::new(spot.file, message) }
+}
+
+/// A message without characters that a terminal would obey or hide.
+fn printable(message: String, hint: Option<String>) -> (String, Option<String>) {
+    let is_hidden = |letter: char| letter.is_control() && letter != '\n';
+    if !message.contains(is_hidden) {
+        return (message, hint);
+    }
+    let shown = |letter: char| if is_hidden(letter) { format!("U+{:04X}", u32::from(letter)) } else { letter.into() };
+    let help = "a script is plain UTF-8 text: save it so, without control characters";
+    (message.chars().map(shown).collect(), hint.or_else(|| Some(help.to_owned())))
 }
 
 /// The fault of a panic in native code: a defect of the program, never of the script.

@@ -32,7 +32,8 @@ impl Vocabulary {
     /// Reads `name(a: type, …) -> type`, or `get$name(type)`.
     fn read(&mut self, signature: &str) {
         let Some((name, rest)) = signature.split_once('(') else { return };
-        let arguments = rest.split(") ->").next().unwrap_or(rest).trim_end_matches(')');
+        let arguments = rest.split(") ->").next().unwrap_or(rest);
+        let arguments = arguments.strip_suffix(')').unwrap_or(arguments);
         let name = name.trim();
         if let Some(property) = name.strip_prefix("get$").or_else(|| name.strip_prefix("get ")) {
             let kind = arguments.rsplit(':').next().unwrap_or("").trim().trim_start_matches("&mut ");
@@ -66,14 +67,53 @@ impl Vocabulary {
 
 /// Argument names alone; for unnamed arguments their types.
 fn plain_arguments(list: &str) -> String {
-    let plain = |argument: &str| {
-        let (name, kind) = argument.split_once(':').unwrap_or((argument, ""));
-        if name.trim() == "_" { kind.trim().to_owned() } else { name.trim().to_owned() }
+    let plain = |argument: &str| match split(argument, ':').last() {
+        Some(kind) if argument.len() > kind.len() => {
+            let name = argument[..argument.len() - kind.len()].trim_end_matches(':').trim();
+            if name == "_" { kind.trim().to_owned() } else { name.to_owned() }
+        }
+        _ => argument.trim().to_owned(),
     };
-    list.split(", ").map(plain).filter(|name| name != "this").collect::<Vec<_>>().join(", ")
+    split(list, ',').into_iter().map(plain).filter(|name| name != "this").collect::<Vec<_>>().join(", ")
+}
+
+/// The parts of a text between marks that stand outside of brackets; `::` is no mark.
+fn split(text: &str, mark: char) -> Vec<&str> {
+    let mut parts = Vec::new();
+    let (mut depth, mut start) = (0, 0);
+    for (at, letter) in text.char_indices() {
+        match letter {
+            '{' | '(' | '[' | '<' => depth += 1,
+            '}' | ')' | ']' | '>' => depth -= 1,
+            _ if letter == mark && depth == 0 => {
+                let is_path = mark == ':' && (text[at + 1..].starts_with(':') || text[..at].ends_with(':'));
+                if !is_path {
+                    parts.push(&text[start..at]);
+                    start = at + 1;
+                }
+            }
+            _ => {}
+        }
+    }
+    parts.push(&text[start..]);
+    parts
 }
 
 fn is_identifier(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_keep_their_maps_whole() {
+        assert_eq!(plain_arguments("#{ name: parameter }: map"), "#{ name: parameter }");
+        assert_eq!(plain_arguments("map: ?, #{ least, full, pace }: map"), "map, #{ least, full, pace }");
+        assert_eq!(plain_arguments("_: int, this: &mut tip"), "int");
+        assert_eq!(plain_arguments("place: script::plan::MapRef"), "place");
+        assert_eq!(plain_arguments(""), "");
+    }
 }

@@ -57,7 +57,7 @@ fn the_legend_may_stand_in_the_sidecar() {
         (PLAIN, "has no legend"),
         (r#"{"pixel_size_m": 10, "legend": {"a": "red"}}"#, "legend.a is red: a colour is written #rrggbb"),
         (r##"{"pixel_size_m": 10, "legend": {"a": "#c0392b", "b": "#c0392b"}}"##, "`a` has the same colour"),
-        (r#"{"pixel_size_m": 10, "legend": ["a"]}"#, "invalid type"),
+        (r#"{"pixel_size_m": 10, "legend": ["a"]}"#, "`legend` must be names with colours"),
     ] {
         let error = message(read(&folder(2, &[RED, BLUE], sidecar), Legend::new()));
         assert!(error.contains(wrong), "{error}");
