@@ -245,10 +245,13 @@ impl Loaded {
         let named = plan.within.iter().chain(&plan.barred).chain(weights).map(|map| map.name.clone());
         let in_goals = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
         let goals = in_goals.filter_map(|streets| Some(streets.goal().ok()??.map.name));
+        let in_chains = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
+        let masks = in_chains.flat_map(|streets| streets.masks().unwrap_or_default());
         let present = map_names(&folder)?;
         // A parameter may name a map that is not there, as long as its rule does not ask for it.
         let in_params = plan.param_maps().into_iter().map(|map| map.name.clone()).filter(|name| present.contains(name));
-        let names: Vec<String> = named.chain(goals).chain(in_params).chain(plan.site.maps.keys().cloned()).collect();
+        let names = named.chain(goals).chain(masks).chain(in_params).chain(plan.site.maps.keys().cloned());
+        let names: Vec<String> = names.collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut options = BTreeMap::new();
         for name in present {

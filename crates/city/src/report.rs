@@ -5,7 +5,7 @@ use crate::{City, Sources};
 use script::{Fault, Faults};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use streets::growth::{GrowthLog, MergeLog};
+use streets::growth::{GrowthLog, MergeLog, Refused};
 
 /// The report of one build; `report.json` holds it. The same for the same city: no times, no paths but how one
 /// gets from the report to the city.
@@ -123,8 +123,16 @@ impl Report {
     pub(crate) fn grown(&mut self, stage: &'static str, log: &GrowthLog) {
         let report = self.growth.entry(stage).or_default();
         report.accepted += log.accepted.len();
-        for (reason, count) in log.refusals.iter().filter(|(_, count)| *count > 0) {
-            *report.refused.entry(reason.to_string()).or_default() += count;
+        let told: usize = log.reasons.values().sum();
+        for (reason, count) in log.refusals.iter() {
+            // What rules said stands for their refusals.
+            let count = if reason == Refused::ByRule { count - told.min(count) } else { count };
+            if count > 0 {
+                *report.refused.entry(reason.to_string()).or_default() += count;
+            }
+        }
+        for (why, count) in &log.reasons {
+            *report.refused.entry(why.to_string()).or_default() += count;
         }
     }
 

@@ -2,7 +2,7 @@
 
 use streets::StreetGraph;
 use streets::graph::Crowding;
-use streets::growth::{Accepted, Constraints, GrowthLog, MergeLog, QuarterGrowth, attach};
+use streets::growth::{Accepted, Chain, GrowthLog, MergeLog, QuarterGrowth, attach};
 
 /// What the growth of a city did, stage by stage.
 ///
@@ -36,7 +36,7 @@ pub enum Grown {
         /// Quarter by quarter, what lies outside all of them last.
         growths: Vec<QuarterGrowth>,
         /// What the attachment kept to.
-        constraints: Constraints,
+        constraints: Chain,
         /// What the attachment did.
         merge: MergeLog,
     },

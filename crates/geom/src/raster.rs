@@ -154,6 +154,27 @@ impl Raster {
         )
     }
 
+    /// The distance in metres from each cell to the nearest one that is set (more than one half): 0 in it, else from
+    /// centre to centre less half a cell, so at most half a cell from the truth. `None` where no cell is set.
+    pub fn distances(&self) -> Option<Self> {
+        let far = (self.width + self.height) as f64;
+        let mut squared: Vec<f64> = Vec::with_capacity(self.values.len());
+        for row in self.values.chunks_exact(self.width) {
+            squared.extend(distances_in_row(row, far).into_iter().map(|cells| cells * cells));
+        }
+        if !self.values.iter().any(|&value| value > 0.5) {
+            return None;
+        }
+        let mut values = vec![0.0f32; self.values.len()];
+        for column in 0..self.width {
+            let along: Vec<f64> = squared.iter().skip(column).step_by(self.width).copied().collect();
+            for (row, nearest) in lower_envelope(&along).into_iter().enumerate() {
+                values[row * self.width + column] = ((nearest.sqrt() - 0.5).max(0.0) * self.pixel_size) as f32;
+            }
+        }
+        Self::new(self.width, self.height, self.pixel_size, self.origin, values).ok()
+    }
+
     /// Whether the cell at a place is set (more than one half, for masks of 0 and 1).
     #[inline]
     pub fn mask(&self, place: Vec2) -> bool {
@@ -178,6 +199,48 @@ impl Raster {
     fn cell(&self, column: usize, row_from_south: usize) -> f64 {
         f64::from(self.values[(self.height - 1 - row_from_south) * self.width + column])
     }
+}
+
+/// The distance of each cell of a row to the nearest one that is set, in cells; `far` where none is.
+fn distances_in_row(row: &[f32], far: f64) -> Vec<f64> {
+    let mut distances = vec![far; row.len()];
+    let mut last = far;
+    for (cell, &value) in row.iter().enumerate() {
+        last = if value > 0.5 { 0.0 } else { (last + 1.0).min(far) };
+        distances[cell] = last;
+    }
+    last = far;
+    for (cell, &value) in row.iter().enumerate().rev() {
+        last = if value > 0.5 { 0.0 } else { (last + 1.0).min(far) };
+        distances[cell] = distances[cell].min(last);
+    }
+    distances
+}
+
+/// For each place the least of `(place - other)² + squared[other]` over all others (Felzenszwalb and Huttenlocher,
+/// "Distance transforms of sampled functions"): the parabolas that are lowest somewhere, then each place's one.
+fn lower_envelope(squared: &[f64]) -> Vec<f64> {
+    let mut lowest: Vec<(usize, f64)> = Vec::with_capacity(squared.len());
+    for (at, &height) in squared.iter().enumerate() {
+        let meets = |other: usize| {
+            let (p, q) = (at as f64, other as f64);
+            ((height + p * p) - (squared[other] + q * q)) / (2.0 * (p - q))
+        };
+        while lowest.last().is_some_and(|&(other, from)| meets(other) <= from) {
+            lowest.pop();
+        }
+        let from = lowest.last().map_or(f64::NEG_INFINITY, |&(other, _)| meets(other));
+        lowest.push((at, from));
+    }
+    let mut next = 0;
+    let value = |place: usize| {
+        while lowest.get(next + 1).is_some_and(|&(_, from)| from <= place as f64) {
+            next += 1;
+        }
+        let apart = place as f64 - lowest[next].0 as f64;
+        apart * apart + squared[lowest[next].0]
+    };
+    (0..squared.len()).map(value).collect()
 }
 
 /// The two cells whose centres enclose `at` (counted in cells from the first centre), and the share of the second.

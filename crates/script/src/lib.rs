@@ -28,8 +28,8 @@ pub use plan::{
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{
-    BareGround, BlockContext, BuildingChoice, BuildingPattern, Ground, ParcelChoice, ParcelPattern, ShapeContext,
-    StreetPattern, StreetSide,
+    BareGround, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, Ground, ParcelChoice, ParcelPattern,
+    ShapeContext, StreetPattern, StreetSide,
 };
 
 use host::{Modules, Shelves, Texts};

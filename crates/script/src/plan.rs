@@ -1,14 +1,14 @@
 //! What a city script asks for, as plain data: the input of every stage.
 
-use crate::fault::Fault;
+use crate::fault::{Fault, Faults};
 use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::pattern::PatternPlan;
 use crate::rule::{Rule, RuleKind};
 use geom::{Id, Vec2};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use streets::growth::{Constraints, Field};
-use streets::{Class, StreetId};
+use streets::growth::{Area, Chain, Field, Own, Step};
+use streets::{Class, Classes, StreetId};
 
 /// A map of the site, by name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -162,8 +162,9 @@ pub struct StreetPlan {
     pub goals: Option<GoalPlan>,
     /// How they grow: rules with `propose(tip, p)`.
     pub pattern: PatternPlan,
-    /// What they keep to: a rule with `constraints(p)`; the kernel's own when none.
-    pub constraints: Option<Rule>,
+    /// What they keep to: rules with `constraints(p)` or `constrain(segment, p)`, in order; the kernel's own standard
+    /// chain when none has the former.
+    pub constraints: Vec<Rule>,
     /// Full right-of-way in metres; that of the class when none.
     pub width: Option<Value>,
     /// The same where it differs by place, once it is read from a site: each piece of street takes that of its start.
@@ -198,10 +199,33 @@ impl StreetPlan {
         }
     }
 
-    /// What streets keep to, with the present parameters; the kernel's own defaults where the plan names no rule.
-    pub fn constraints(&self) -> Result<Option<Constraints>, Fault> {
-        self.constraints.as_ref().map(crate::words::constraints_of).transpose()
+    /// What streets keep to, with the present parameters; where no rule tells a chain, it is the standard one given. What
+    /// goes wrong in constraints of one's own is reported to `faults`.
+    pub fn chain(&self, standard: Chain, classes: &Arc<Classes>, faults: &Arc<Faults>) -> Result<Chain, Fault> {
+        let own = |rule: &Rule| {
+            let (classes, faults) = (classes.clone(), faults.clone());
+            Own(Arc::new(crate::words::ConstraintPattern::new(rule.clone(), classes, faults)))
+        };
+        crate::words::chain_of(&self.constraints, standard, &own)
     }
+
+    /// The maps that its constraints clip streets to, by name.
+    pub fn masks(&self) -> Result<Vec<String>, Fault> {
+        let chain = self.chain(Chain::new(Vec::new()), &Arc::default(), &Arc::default())?;
+        let name = |step: &Step| match step {
+            Step::Mask(Area::Map(name)) => Some(name.to_string()),
+            _ => None,
+        };
+        Ok(chain.steps().iter().filter_map(name).collect())
+    }
+}
+
+/// How many rules may tell what streets of one class keep to.
+pub(crate) const MOST_CONSTRAINTS: usize = 8;
+
+/// The role of a class's constraints, by their place in the list.
+fn constraint_role(class: &str, place: usize) -> String {
+    if place == 0 { format!("{class}.constraints") } else { format!("{class}.constraints.{}", place + 1) }
 }
 
 /// What differs in one quarter.
@@ -265,7 +289,7 @@ pub struct RoleParam {
 
 impl Plan {
     /// The roles that rules play in this plan, in the order of the stages. A district's own rule for parcels plays
-    /// `parcels.` and the district's name.
+    /// `parcels.` and the district's name; of several constraints the second is `majors.constraints.2`, and so on.
     pub fn roles(&self) -> Vec<(String, &Rule)> {
         let mut found = Vec::new();
         let classes = [(&self.highways, "highways"), (&self.majors, "majors"), (&self.minors, "minors")];
@@ -275,7 +299,8 @@ impl Plan {
                 found.push((format!("{class}.goals"), rule));
             }
             found.extend(plan.pattern.roles(&format!("{class}.pattern")));
-            found.extend(plan.constraints.iter().map(|rule| (format!("{class}.constraints"), rule)));
+            let constraints = plan.constraints.iter().enumerate();
+            found.extend(constraints.map(|(i, rule)| (constraint_role(class, i), rule)));
         }
         for (role, whole, own) in [
             ("parcels", &self.parcels, &self.district_parcels),
@@ -441,6 +466,19 @@ impl Plan {
         rule.with(params)
     }
 
+    /// How minors grow in a quarter: the plan, with the values that differ there.
+    pub fn minors_in(&self, quarter: Option<Id>) -> Option<StreetPlan> {
+        let plan = self.minors.clone()?;
+        let constraint = |(i, rule): (usize, &Rule)| {
+            self.rule_in(quarter, &constraint_role("minors", i)).unwrap_or_else(|| rule.clone())
+        };
+        Some(StreetPlan {
+            pattern: self.pattern_in(quarter, "minors.pattern", &plan.pattern),
+            constraints: plan.constraints.iter().enumerate().map(constraint).collect(),
+            ..plan
+        })
+    }
+
     /// The seed of a quarter's own, where it has one.
     pub fn seed_in(&self, quarter: Id) -> Option<u64> {
         self.quarters.get(&quarter).and_then(|plan| plan.seed)
@@ -522,7 +560,10 @@ impl StreetPlan {
         let (slot, part) = slot.split_once('.').map_or((slot, None), |(slot, part)| (slot, Some(part)));
         match slot {
             "pattern" => self.pattern.rule_mut(part),
-            "constraints" => self.constraints.as_mut(),
+            "constraints" => {
+                let ordinal = part.map_or(Some(1), |ordinal| ordinal.parse::<usize>().ok())?;
+                self.constraints.get_mut(ordinal.checked_sub(1)?)
+            }
             _ => match &mut self.goals {
                 Some(GoalPlan::Rule(rule)) => Some(rule),
                 _ => None,

@@ -25,6 +25,8 @@ pub enum RuleKind {
     Goals,
     /// `constraints(p)`: what a street must keep to.
     Constraints,
+    /// `constrain(segment, p)`: whether one street may be laid, and how.
+    Constrain,
     /// `subdivide(block, p)`: how a block becomes parcels.
     Parcels,
     /// `build(shape, p)`: what stands on a parcel.
@@ -33,7 +35,8 @@ pub enum RuleKind {
 
 impl RuleKind {
     /// All kinds.
-    pub const ALL: [Self; 5] = [Self::Streets, Self::Goals, Self::Constraints, Self::Parcels, Self::Buildings];
+    pub const ALL: [Self; 6] =
+        [Self::Streets, Self::Goals, Self::Constraints, Self::Constrain, Self::Parcels, Self::Buildings];
 
     /// The function that makes a file a rule of this kind.
     pub fn function(self) -> &'static str {
@@ -41,6 +44,7 @@ impl RuleKind {
             Self::Streets => "propose",
             Self::Goals => "goals",
             Self::Constraints => "constraints",
+            Self::Constrain => "constrain",
             Self::Parcels => "subdivide",
             Self::Buildings => "build",
         }
@@ -51,6 +55,7 @@ impl RuleKind {
         match self {
             Self::Streets => &["tip", "p"],
             Self::Goals | Self::Constraints => &["p"],
+            Self::Constrain => &["segment", "p"],
             Self::Parcels => &["block", "p"],
             Self::Buildings => &["shape", "p"],
         }

@@ -62,6 +62,12 @@ fn a_whole_script_is_read() {
     assert_eq!(plan.removed, [StreetId(Id(5))]);
 }
 
+/// What streets keep to; that of majors where the plan says nothing.
+fn chain(plan: &script::StreetPlan) -> streets::growth::Chain {
+    let standard = streets::growth::Constraints::majors().into();
+    plan.chain(standard, &Arc::default(), &Arc::default()).expect("evaluates")
+}
+
 #[test]
 fn stages_say_where_they_start_and_how_they_end() {
     let grid = r#"pattern: rule("streets/grid")"#;
@@ -98,10 +104,14 @@ fn streets_carry_goals_and_constraints() {
         (goal.map.name.as_str(), goal.least, goal.pace, goal.full),
         ("density", number(900.0), number(0.0), None)
     );
-    let constraints = majors.constraints().expect("evaluates").expect("constraints");
-    assert_eq!((constraints.snap, constraints.least_angle), (8.0, Angle::degrees(30.0)));
-    assert_eq!(constraints.extend, streets::growth::Constraints::default().extend);
-    assert!(minors.constraints().expect("evaluates").is_none());
+    let told = streets::growth::Constraints {
+        snap: 8.0,
+        least_angle: Angle::degrees(30.0),
+        max_slope: 1.0,
+        ..Default::default()
+    };
+    assert_eq!(chain(&majors), told.into());
+    assert_eq!(chain(&minors), streets::growth::Constraints::majors().into(), "what the kernel says");
     assert_eq!(
         minors.goal().expect("evaluates").map(|goal| (goal.least, goal.pace)),
         Some((number(500.0), number(4.0)))
@@ -112,10 +122,10 @@ fn streets_carry_goals_and_constraints() {
 fn the_standard_constraints_are_the_kernel_s() {
     let plan =
         with("minors: streets(#{ pattern: rule(\"streets/grid\"), constraints: rule(\"constraints/standard\") })");
-    let told = plan.expect("fine").minors.expect("minors").constraints().expect("evaluates").expect("constraints");
+    let told = plan.expect("fine").minors.expect("minors");
     let kernel = streets::growth::Constraints::default();
     // A parameter has a range, so the library says 100 % where the kernel has no limit.
-    assert_eq!(told, streets::growth::Constraints { max_slope: 1.0, ..kernel });
+    assert_eq!(chain(&told), streets::growth::Constraints { max_slope: 1.0, ..kernel }.into());
 }
 
 #[test]
@@ -148,8 +158,7 @@ fn parameters_are_addressed_by_role() {
     plan.set("seed=9").expect("a seed");
     plan.set("majors.constraints.snap=12").expect("in range");
     assert_eq!(plan.seed, 9);
-    let constraints = plan.majors.as_ref().expect("majors").constraints().expect("evaluates").expect("constraints");
-    assert_eq!(constraints.snap, 12.0);
+    assert_eq!(chain(plan.majors.as_ref().expect("majors")).snap(), 12.0);
 }
 
 #[test]

@@ -212,7 +212,7 @@ fn highways_join_the_centres_of_population() {
         centres.iter().zip([9000.0, 7000.0]).map(|(c, top)| top / (1.0 + (p - *c).length_squared() / 4e5)).sum::<f64>()
     });
     let mut growth = settings(Classes::HIGHWAY);
-    growth.constraints = Constraints::majors();
+    growth.constraints = Constraints::majors().into();
     let fields = Fields { density, ..land(8000.0) };
     let grown = grown_with(&library("streets/highway", &[]), fields, Vec2::new(1350.0, 2050.0), &growth);
     let way = grown.way(centres[0], centres[1]).expect("a way");

@@ -4,11 +4,12 @@ mod common;
 
 use common::{Folders, city, rule, tip};
 use script::{
-    BlockContext, BuildingPattern, Faults, Host, ParcelPattern, Rule, RuleKind, ShapeContext, Source, StreetPattern,
+    BlockContext, BuildingPattern, ConstraintPattern, Faults, Host, ParcelPattern, Rule, RuleKind, ShapeContext,
+    Source, StreetPattern,
 };
 use std::sync::Arc;
 use streets::Classes;
-use streets::growth::GrowthRules;
+use streets::growth::{Chain, Constrain, GrowthRules};
 
 const README: &str = include_str!("../../../rules/README.md");
 
@@ -27,6 +28,7 @@ fn ask(rule: &Rule) {
             RuleKind::Parcels => ask_parcels(rule, &faults),
             RuleKind::Buildings => ask_buildings(rule, &faults),
             RuleKind::Goals | RuleKind::Constraints => ask_once(rule, *kind),
+            RuleKind::Constrain => ask_segments(rule, &faults),
         }
     }
     assert!(faults.is_empty(), "{}: {:?}", rule.name(), faults.sorted());
@@ -57,6 +59,13 @@ fn ask_buildings(rule: &Rule, faults: &Arc<Faults>) {
     }
 }
 
+fn ask_segments(rule: &Rule, faults: &Arc<Faults>) {
+    let pattern = ConstraintPattern::new(rule.clone(), Arc::default(), faults.clone());
+    for length in [10.0, 60.0, 300.0] {
+        pattern.constrain(&mut common::draft(length));
+    }
+}
+
 /// Goals and constraints are asked when a city script names them.
 fn ask_once(rule: &Rule, kind: RuleKind) {
     let role = kind.function();
@@ -68,8 +77,8 @@ fn ask_once(rule: &Rule, kind: RuleKind) {
     let plan = Host::new(vec![library]).plan(&source, Arc::new(Folders)).expect("a good rule").plan;
     let minors = plan.minors.expect("minors");
     let goal = minors.goal().expect("a goal");
-    let constraints = minors.constraints().expect("constraints");
-    assert_eq!((goal.is_some(), constraints.is_some()), (kind == RuleKind::Goals, kind == RuleKind::Constraints));
+    let chain = minors.chain(Chain::new(Vec::new()), &Arc::default(), &Arc::default()).expect("constraints");
+    assert_eq!((goal.is_some(), !chain.steps().is_empty()), (kind == RuleKind::Goals, kind == RuleKind::Constraints));
 }
 
 /// The text of a rule: from the readme or the library.
@@ -84,7 +93,7 @@ fn text_of(rule: &Rule) -> String {
 #[test]
 fn rules_of_the_tour_run() {
     let snippets = snippets("rhai");
-    assert_eq!(snippets.len(), 8, "a snippet of the tour is not run");
+    assert_eq!(snippets.len(), 10, "a snippet of the tour is not run");
     for text in snippets {
         let rule = rule(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
         assert!(!rule.about().is_empty());

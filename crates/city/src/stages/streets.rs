@@ -18,8 +18,8 @@ use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
 use streets::graph::{Crowding, NewSegment};
 use streets::growth::{
-    Constraints, Field, Fields, Goal, Growth, GrowthRules, Peaks, QuarterGrowth, QuarterSettings, SeedPoint, Smoothing,
-    attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
+    Constraints, Distances, Field, Fields, Goal, Growth, GrowthRules, Peaks, QuarterGrowth, QuarterSettings, SeedPoint,
+    Smoothing, attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
 };
 use streets::runs::Run;
 use streets::{Claim, Class, Classes, NodeId, StreetGraph, StreetId};
@@ -96,10 +96,12 @@ fn fields(context: &Context) -> Fields {
     let field = |name: &str, other: f64| map(name).map_or(Field::Constant(other), Field::Map);
     Fields {
         bounds: site.bounds,
+        land: map("land"),
         legal: map("land").into_iter().chain(plan.within.as_ref().and_then(|within| map(&within.name))).collect(),
         barred: plan.barred.iter().filter_map(|barred| map(&barred.name)).collect(),
         density: field("density", 1.0),
         elevation: field("elevation", 0.0),
+        distances: Distances::default(),
         maps: site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect(),
         districts: site.districts.clone(),
         peaks: Peaks::default(),
@@ -172,11 +174,8 @@ fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> 
     growth.widths = plan.widths.clone();
     growth.sprouts = plan.sprout;
     growth.records_refusals = context.traces;
-    growth.constraints = match plan.constraints()? {
-        Some(constraints) => constraints,
-        None if is_major => Constraints::majors(),
-        None => Constraints::default(),
-    };
+    let standard = if is_major { Constraints::majors() } else { Constraints::default() };
+    growth.constraints = plan.chain(standard.into(), &Arc::default(), context.faults)?;
     if let Some(goal) = plan.goal()? {
         growth.goal = goal_of(context, &goal);
     }
@@ -299,7 +298,7 @@ fn grow_minors(
         network.graph.total_length() / 1000.0
     );
     context.progress.end(Stage::Minors, &outcome);
-    let constraints = outside.settings.growth.constraints;
+    let constraints = outside.settings.growth.constraints.clone();
     network.traced(Stage::Minors.name(), Grown::InQuarters { growths: grown, constraints, merge });
     Ok(())
 }
@@ -313,12 +312,7 @@ struct Quarter {
 impl Quarter {
     fn new(context: &Context, network: &mut Network, plan: &StreetPlan, id: Option<Id>) -> Result<Self, BuildError> {
         let whole = &context.sources.plan;
-        let in_quarter = |role: &str| whole.rule_in(id, role);
-        let own = StreetPlan {
-            pattern: whole.pattern_in(id, "minors.pattern", &plan.pattern),
-            constraints: in_quarter("minors.constraints").or_else(|| plan.constraints.clone()),
-            ..plan.clone()
-        };
+        let own = whole.minors_in(id).unwrap_or_else(|| plan.clone());
         let seed = id.and_then(|id| whole.seed_in(id)).unwrap_or(whole.seed);
         let seed = Seed(seed).purpose("minors");
         let seed = id.map_or(seed, |id| seed.of(id));

@@ -6,7 +6,8 @@ use crate::host::{is_inside, kind_of};
 use crate::names::hint;
 use crate::param::{ByDistrict, Value};
 use crate::plan::{
-    DensityGoal, GivenLine, GoalPlan, StreetImport, StreetPlan, StreetUnits, WIDTHS, decides, width_param,
+    DensityGoal, GivenLine, GoalPlan, MOST_CONSTRAINTS, StreetImport, StreetPlan, StreetUnits, WIDTHS, decides,
+    width_param,
 };
 use crate::rule::{Rule, RuleKind};
 use crate::words::options::{Options, pair, text};
@@ -155,10 +156,7 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
     let plan = StreetPlan {
         pattern: pattern_of(pattern)?,
         goals: options.take("goals").map(goals).transpose()?,
-        constraints: options
-            .take("constraints")
-            .map(|value| rule_of(value, "constraints", RuleKind::Constraints))
-            .transpose()?,
+        constraints: options.take("constraints").map_or(Ok(Vec::new()), constraints)?,
         width: options.take("width").map(|value| width_by_place(&value)).transpose()?,
         widths: None,
         seeds: options
@@ -173,7 +171,7 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
         least_dead_end: options.within("least_dead_end", 0.0, LONGEST_DEAD_END, " m")?.unwrap_or(0.0),
     };
     // What is told once is asked for here already: its faults are the script's.
-    plan.goal().and_then(|_| plan.constraints()).map_err(from_rule)?;
+    plan.goal().and_then(|_| plan.masks()).map_err(from_rule)?;
     Ok(plan)
 }
 
@@ -181,6 +179,22 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
 fn from_rule(fault: crate::Fault) -> Complaint {
     let spot = if fault.line > 0 { format!("{}:{}:{}", fault.file, fault.line, fault.column) } else { fault.file };
     Complaint::new(format!("{spot}: {}", fault.message)).maybe_hint(fault.hint)
+}
+
+/// A rule that tells what streets keep to, or a list of such rules.
+fn constraints(value: Dynamic) -> Result<Vec<Rule>, Complaint> {
+    let rules = if value.is_array() { value.into_array().unwrap_or_default() } else { vec![value] };
+    if rules.len() > MOST_CONSTRAINTS {
+        let message = format!("`constraints` takes at most {MOST_CONSTRAINTS} rules, not {}", rules.len());
+        return Err(Complaint::new(message).key("constraints"));
+    }
+    rules.into_iter().map(constraint).collect()
+}
+
+/// A rule that tells a chain, or decides on single streets.
+fn constraint(value: Dynamic) -> Result<Rule, Complaint> {
+    let is_own = value.read_lock::<Rule>().is_some_and(|rule| rule.kinds().contains(&RuleKind::Constrain));
+    rule_of(value, "constraints", if is_own { RuleKind::Constrain } else { RuleKind::Constraints })
 }
 
 fn goals(value: Dynamic) -> Result<GoalPlan, Complaint> {

@@ -29,9 +29,11 @@ pub trait Library: Send + Sync + Debug {
 }
 
 /// The files of the `rules` folder, embedded: name with `.rhai`, text.
-const EMBEDDED: [(&str, &str); 11] = [
+const EMBEDDED: [(&str, &str); 13] = [
     ("buildings/extruded.rhai", include_str!("../../../../rules/buildings/extruded.rhai")),
     ("buildings/zoned.rhai", include_str!("../../../../rules/buildings/zoned.rhai")),
+    ("constraints/clear_of_parks.rhai", include_str!("../../../../rules/constraints/clear_of_parks.rhai")),
+    ("constraints/mountain.rhai", include_str!("../../../../rules/constraints/mountain.rhai")),
     ("constraints/standard.rhai", include_str!("../../../../rules/constraints/standard.rhai")),
     ("goals/settled.rhai", include_str!("../../../../rules/goals/settled.rhai")),
     ("parcels/recursive.rhai", include_str!("../../../../rules/parcels/recursive.rhai")),

@@ -1,15 +1,19 @@
 //! The words of the rule language: what `tip`, `block` and `shape` can be asked and told.
 
 mod block;
+mod chain;
 mod ground;
 mod once;
 pub(crate) mod options;
+mod segment;
 mod shape;
 mod tip;
 
 pub use block::{BlockContext, ParcelChoice, ParcelPattern};
+pub(crate) use chain::chain_of;
 pub use ground::{BareGround, Ground, StreetSide};
-pub(crate) use once::{constraints_of, density, goal_of};
+pub(crate) use once::{density, goal_of};
+pub use segment::ConstraintPattern;
 pub use shape::{BuildingChoice, BuildingPattern, ShapeContext};
 pub use tip::StreetPattern;
 
@@ -27,6 +31,8 @@ pub(crate) fn register(engine: &mut Engine) {
     block::register(engine);
     shape::register(engine);
     once::register(engine);
+    chain::register(engine);
+    segment::register(engine);
     #[cfg(test)]
     engine.register_fn("fail_inside", || -> () { panic!("as the test wants") });
 }

@@ -2,12 +2,12 @@
 
 #![allow(dead_code)]
 
-use geom::{Angle, Bounds, Point, Seed};
+use geom::{Angle, Bounds, Point, Raster, Seed, Vec2};
 use script::{Evaluated, Fault, Host, Library, Rule, SiteInfo, SiteRequest, Sites, Source};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::Classes;
-use streets::growth::{Fields, Tip};
+use streets::growth::{Draft, Field, Fields, Tip};
 
 /// A library of texts.
 #[derive(Debug)]
@@ -72,6 +72,27 @@ pub fn tip(heading: f64) -> Tip {
     (tip.at, tip.heading) = (Point::new(1 << 20, 1 << 20), Angle::degrees(heading));
     (tip.is_seed, tip.age) = (false, 3);
     tip
+}
+
+/// A proposed street of so many metres to the east through (1000, 1000); its last map cell of 10 m is a park from x = 1100.
+pub fn draft(length: f64) -> Draft {
+    let parks = (0..200 * 200).map(|cell| if cell % 200 >= 110 { 1.0 } else { 0.0 }).collect();
+    let parks = Raster::new(200, 200, 10.0, Vec2::ZERO, parks).expect("a raster");
+    let bounds = Bounds::between(Point::new(0, 0), Point::from_metres(Vec2::splat(2000.0)));
+    let maps = [("parks".to_owned(), Field::Map(Arc::new(parks)))].into();
+    let density = Field::Constant(900.0);
+    let from = Vec2::splat(1000.0);
+    Draft {
+        from,
+        to: from + Vec2::X * length,
+        heading: Angle::ZERO,
+        class: Classes::MINOR,
+        level: 0,
+        meets_street: false,
+        seed: Seed(7),
+        fields: Arc::new(Fields { maps, density, ..Fields::plain(bounds) }),
+        refused: None,
+    }
 }
 
 /// `file:line:column: message`.

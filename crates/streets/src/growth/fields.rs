@@ -1,5 +1,6 @@
 //! What a tip can know of its place: the maps of the site, sampled.
 
+use super::Distances;
 use super::peaks::Peaks;
 use crate::districts::{Districts, PerDistrict};
 use geom::{Bounds, Raster, Vec2};
@@ -106,6 +107,8 @@ pub struct Fields {
     pub bounds: Bounds,
     /// Masks that must all hold where a street may lie: land, the area to build.
     pub legal: Vec<Arc<Raster>>,
+    /// The mask of dry land, where there is one: what lies off it is water, which bridges lead over.
+    pub land: Option<Arc<Raster>>,
     /// Masks where no street may lie: parks.
     pub barred: Vec<Arc<Raster>>,
     /// People per km².
@@ -118,6 +121,8 @@ pub struct Fields {
     pub districts: Arc<Districts>,
     /// Where the density peaks; found when it is first asked for.
     pub peaks: Peaks,
+    /// How far it is to what these maps mark.
+    pub distances: Distances,
 }
 
 impl Fields {
@@ -126,11 +131,13 @@ impl Fields {
         Self {
             bounds,
             legal: Vec::new(),
+            land: None,
             barred: Vec::new(),
             density: Field::Constant(1.0),
             elevation: Field::Constant(0.0),
             maps: BTreeMap::new(),
             districts: Arc::default(),
+            distances: Distances::default(),
             peaks: Peaks::default(),
         }
     }
@@ -140,11 +147,25 @@ impl Fields {
         (self.bounds.min.metres() + self.bounds.max.metres()) / 2.0
     }
 
+    /// Whether a place in metres lies in the site.
+    pub fn is_in_site(&self, place: Vec2) -> bool {
+        let (low, high) = (self.bounds.min.metres(), self.bounds.max.metres());
+        place.cmpge(low).all() && place.cmple(high).all()
+    }
+
+    /// Whether there is water at a place in metres. Where no map tells land from water, what no street may lie on is
+    /// water, but for what is barred.
+    pub fn is_water(&self, place: Vec2) -> bool {
+        let is_off_land = match &self.land {
+            Some(land) => !land.mask(place),
+            None => !self.legal.iter().all(|mask| mask.mask(place)),
+        };
+        is_off_land && self.is_in_site(place)
+    }
+
     /// Whether a street may lie at a place in metres.
     pub fn is_legal(&self, place: Vec2) -> bool {
-        let (low, high) = (self.bounds.min.metres(), self.bounds.max.metres());
-        place.cmpge(low).all()
-            && place.cmple(high).all()
+        self.is_in_site(place)
             && self.legal.iter().all(|mask| mask.mask(place))
             && !self.barred.iter().any(|mask| mask.mask(place))
     }

@@ -120,12 +120,11 @@ impl Grower<'_> {
     fn step_ahead(&self, at: Point, heading: Angle) -> Option<f64> {
         let slots = self.tip.slots;
         let length = slots.ahead?.length;
-        let constraints = &self.settings.constraints;
-        let (longest, least, lead) = (constraints.longest, constraints.least_length, slots.lead);
-        let aim = Aim { steer: slots.steer, longest, least, lead };
+        let limits = self.settings.constraints.length();
+        let aim = Aim { steer: slots.steer, longest: limits.longest, least: limits.least, lead: slots.lead };
         let (target, _) = aim.target(at.metres(), heading, length)?;
         let step = (target - at.metres()).dot(heading.unit());
-        (step >= constraints.least_length.max(1.0)).then_some(step)
+        (step >= limits.least.max(1.0)).then_some(step)
     }
 }
 

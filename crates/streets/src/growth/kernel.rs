@@ -1,7 +1,7 @@
 //! The derivation loop (PM01 §3.1, p1–p9) over a priority queue, and growth in a graph shared by all its streets.
 
-use super::constraints::{Judge, Judged};
 use super::demand::Demand;
+use super::judge::{Judge, Judged};
 use super::lineage::{Aim, Origin, Proposal, node_of, street_of_seed};
 use super::queue::Queue;
 use super::seat::{Seat, seats};
@@ -63,7 +63,7 @@ impl<'a> Grower<'a> {
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
         let tip = Tip::new(settings.class, settings.seed, Arc::clone(fields));
-        let judge = Judge::new(graph, &settings.constraints, &settings.goal, fields);
+        let judge = Judge::new(graph, settings, fields);
         Self {
             graph,
             log: GrowthLog::default(),
@@ -228,11 +228,12 @@ impl<'a> Grower<'a> {
     }
 
     fn refuse(&mut self, proposal: &Proposal, reason: Refused) {
-        self.log.refusals.count(reason);
+        let why = self.judge.why.take();
+        self.log.count(reason, why.as_ref());
         if self.settings.records_refusals {
             let (lineage, from) = (proposal.lineage, proposal.from);
             let to = Point::try_from_metres(proposal.target).unwrap_or(from);
-            self.log.refused.push(RefusedProposal { lineage, from, to, reason });
+            self.log.refused.push(RefusedProposal { lineage, from, to, reason, why });
         }
     }
 
@@ -256,9 +257,8 @@ impl<'a> Grower<'a> {
     /// Queues what the rule has proposed at a tip.
     pub fn queue_successors(&mut self, origin: &Origin) {
         let (slots, steered) = (self.tip.slots, self.tip.steered());
-        let constraints = &self.settings.constraints;
-        let (longest, least) = (constraints.longest, constraints.least_length);
-        let aim = Aim { steer: slots.steer, longest, least, lead: slots.lead };
+        let length = self.settings.constraints.length();
+        let aim = Aim { steer: slots.steer, longest: length.longest, least: length.least, lead: slots.lead };
         let back = if self.tip.is_seed { slots.ahead } else { None };
         let successors = [
             (Branch::Ahead, slots.ahead),

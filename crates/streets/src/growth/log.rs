@@ -4,7 +4,9 @@ use super::Branch;
 use crate::graph::{NewSegment, Refusal};
 use crate::{NodeId, StreetId};
 use geom::{Id, Point};
+use std::collections::BTreeMap;
 use std::ops::Index;
+use std::sync::Arc;
 
 /// How local constraints left an accepted proposal (PM01 §3.3, figure 8).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -17,6 +19,8 @@ pub enum Outcome {
     Turned,
     /// Led over illegal area on a level of its own.
     Bridged,
+    /// Led through a hill on a level of its own.
+    Tunnelled,
     /// Cut at the first street it crossed; it ends there.
     Crossed,
     /// Led to a crossing or street close to its end; it ends there.
@@ -44,7 +48,7 @@ pub enum Refused {
     /// The goal wants no streets at its end.
     #[error("no demand for streets at the end")]
     NoDemand,
-    /// No length or turn within the limits keeps it in the legal area, and on slopes that are not too steep.
+    /// No length or turn within the limits keeps it in the legal area.
     #[error("no way to stay in the legal area")]
     Illegal,
     /// Shorter than the least length after adjustment.
@@ -62,11 +66,23 @@ pub enum Refused {
     /// There is no room to lay it without moving an existing street.
     #[error("no room without moving an existing street")]
     Crowded,
+    /// No turn, tunnel or hairpin within the limits is gentle enough.
+    #[error("too steep")]
+    Steep,
+    /// It starts outside an area that streets are clipped to, or too little of it is inside.
+    #[error("outside the mask")]
+    Masked,
+    /// A crossing has as many streets as it may have.
+    #[error("a crossing has no room for another street")]
+    Full,
+    /// A rule's own constraint refused it: [`GrowthLog::reasons`] says why.
+    #[error("refused by a rule")]
+    ByRule,
 }
 
 impl Refused {
     /// All reasons.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 13] = [
         Self::Malformed,
         Self::OffLattice,
         Self::NoDemand,
@@ -76,6 +92,10 @@ impl Refused {
         Self::Sharp,
         Self::Unsettled,
         Self::Crowded,
+        Self::Steep,
+        Self::Masked,
+        Self::Full,
+        Self::ByRule,
     ];
 }
 
@@ -148,6 +168,8 @@ pub struct RefusedProposal {
     pub to: Point,
     /// Why not.
     pub reason: Refused,
+    /// What the rule said that refused it.
+    pub why: Option<Arc<str>>,
 }
 
 /// How many proposals were refused for each reason.
@@ -177,6 +199,9 @@ impl Index<Refused> for Refusals {
     }
 }
 
+/// How many different reasons of rules are kept.
+pub const MOST_REASONS: usize = 1000;
+
 /// Why a growth stopped with proposals left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
@@ -193,10 +218,25 @@ pub struct GrowthLog {
     pub accepted: Vec<Accepted>,
     /// How many proposals were refused, by reason.
     pub refusals: Refusals,
+    /// What rules said that refused proposals, with how often: the first [`MOST_REASONS`] in alphabetical order.
+    pub reasons: BTreeMap<Arc<str>, usize>,
     /// The refused proposals, where the growth was told to record them.
     pub refused: Vec<RefusedProposal>,
     /// Seeds that found no place.
     pub seeds_refused: usize,
     /// Whether it was stopped before its time.
     pub stopped: Option<Stopped>,
+}
+
+impl GrowthLog {
+    /// Counts a refusal, and what a rule said about it.
+    pub(super) fn count(&mut self, reason: Refused, why: Option<&Arc<str>>) {
+        self.refusals.count(reason);
+        if let Some(why) = why {
+            *self.reasons.entry(Arc::clone(why)).or_default() += 1;
+            if self.reasons.len() > MOST_REASONS {
+                self.reasons.pop_last();
+            }
+        }
+    }
 }

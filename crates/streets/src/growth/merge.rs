@@ -5,7 +5,7 @@
 //! to that of the street which got there first.
 
 use super::near::Near;
-use super::{Accepted, Attachment, Constraints, Lineage, QuarterGrowth};
+use super::{Accepted, Attachment, Chain, Lineage, QuarterGrowth};
 use crate::graph::{Crowding, NewSegment, Refusal};
 use crate::{NodeId, StreetGraph, StreetId};
 use geom::point::units;
@@ -37,12 +37,13 @@ pub struct MergeLog {
 
 /// Inserts grown quarters into the graph they were grown from, in the order of quarter ids. `constraints` are those of
 /// the growth: its snapping distance and least angle hold across rims too.
-pub fn attach(graph: &mut StreetGraph, growths: &[QuarterGrowth], constraints: &Constraints) -> MergeLog {
+pub fn attach(graph: &mut StreetGraph, growths: &[QuarterGrowth], constraints: &Chain) -> MergeLog {
     let mut order: Vec<_> = growths.iter().collect();
     order.sort_by_key(|growth| growth.quarter);
-    let moves = Anchors::new(units(constraints.snap)).moves(graph, &order);
-    let mut merge =
-        Merge { graph, near: Near::default(), cosine: constraints.least_angle.cos(), log: MergeLog::default() };
+    let moves = Anchors::new(units(constraints.snap())).moves(graph, &order);
+    // Where any angle will do, none is sharp.
+    let cosine = constraints.least_angle().map_or(f64::INFINITY, |least| least.cos());
+    let mut merge = Merge { graph, near: Near::default(), cosine, log: MergeLog::default() };
     for (growth, moves) in order.into_iter().zip(&moves) {
         merge.quarter(growth, moves);
     }

@@ -15,6 +15,8 @@ const ON_LINE: i32 = 3;
 #[derive(Debug, Default)]
 pub(super) struct Near {
     lines: Vec<Line>,
+    /// Bridges and tunnels: they count where they come down.
+    raised: Vec<Line>,
 }
 
 /// A segment: its ends, and half its right-of-way in LSB.
@@ -37,17 +39,17 @@ pub(super) struct Met {
 }
 
 impl Near {
-    /// Gathers the segments of level 0 whose box overlaps the box. The order is that of keys: answers do not depend on
+    /// Gathers the segments whose box overlaps the box. The order is that of keys: answers do not depend on
     /// it.
     pub fn gather(&mut self, graph: &StreetGraph, bounds: Bounds) {
         self.lines.clear();
-        let lines = &mut self.lines;
+        self.raised.clear();
+        let (lines, raised) = (&mut self.lines, &mut self.raised);
         graph.for_segments_near(bounds, |key| {
             let segment = graph.segment(key);
-            if segment.level == 0 {
-                let (a, b) = graph.line(key.forward());
-                lines.push(Line { a, b, half_width: segment.half_width() });
-            }
+            let (a, b) = graph.line(key.forward());
+            let found = if segment.level == 0 { &mut *lines } else { &mut *raised };
+            found.push(Line { a, b, half_width: segment.half_width() });
         });
     }
 
@@ -126,21 +128,69 @@ impl Near {
     /// Whether the line from `at` to `to` makes an angle at `at` with a street there whose cosine exceeds `cosine`.
     pub fn is_sharp(&self, at: Point, to: Point, cosine: f64) -> bool {
         let direction = at.to(to);
-        let is_near = |other: (i64, i64)| {
-            let dot = (direction.0 * other.0 + direction.1 * other.1) as f64;
-            dot > cosine * (norm_squared(direction) * norm_squared(other)).sqrt()
+        let is_near = |other: (i64, i64)| is_within(direction, other, cosine);
+        let comes_down =
+            |line: &Line| (line.a == at && is_near(at.to(line.b))) || (line.b == at && is_near(at.to(line.a)));
+        self.raised.iter().any(comes_down)
+            || self.lines.iter().any(|&Line { a, b, .. }| {
+                if a == at {
+                    is_near(a.to(b))
+                } else if b == at {
+                    is_near(b.to(a))
+                } else {
+                    let is_on =
+                        Bounds::between(a, b).grown(ON_LINE).contains(at) && predicates::within(a, b, at, ON_LINE);
+                    is_on && (is_near(a.to(b)) || is_near(b.to(a)))
+                }
+            })
+    }
+
+    /// Whether the line from `from` to `to` makes such an angle between its ends: with streets at a crossing so close to
+    /// it that it will be led through, and, where `crosses`, with streets that it crosses.
+    pub fn is_sharp_between(&self, from: Point, to: Point, cosine: f64, crosses: bool) -> bool {
+        let direction = from.to(to);
+        let around = Bounds::between(from, to).grown(tolerance::LAYING);
+        let is_passed = |end: Point| {
+            end != from && end != to && around.contains(end) && predicates::within(from, to, end, tolerance::LAYING)
         };
         self.lines.iter().any(|&Line { a, b, .. }| {
-            if a == at {
-                is_near(a.to(b))
-            } else if b == at {
-                is_near(b.to(a))
-            } else {
-                let is_on = Bounds::between(a, b).grown(ON_LINE).contains(at) && predicates::within(a, b, at, ON_LINE);
-                is_on && (is_near(a.to(b)) || is_near(b.to(a)))
-            }
+            let is_narrow = || is_within(direction, a.to(b), cosine) || is_within(direction, b.to(a), cosine);
+            let is_met = || is_passed(a) || is_passed(b) || (crosses && predicates::crosses_properly(from, to, a, b));
+            is_narrow() && is_met()
         })
     }
+
+    /// Whether a line from `from` to `to` leaves at most `most` streets in each crossing that it ends or, on the
+    /// ground, passes.
+    pub fn has_room(&self, from: Point, to: Point, most: u32, is_on_ground: bool) -> bool {
+        let around = Bounds::between(from, to).grown(tolerance::LAYING);
+        let is_passed = |end: &Point| {
+            *end != from && *end != to && around.contains(*end) && predicates::within(from, to, *end, tolerance::LAYING)
+        };
+        let mut passed = self.lines.iter().flat_map(|line| [line.a, line.b]).filter(is_passed);
+        let crosses = |line: &Line| most < 4 && predicates::crosses_properly(from, to, line.a, line.b);
+        let has_room = |at: Point, more: u32| self.arms(at) + more <= most;
+        has_room(from, 1)
+            && has_room(to, 1)
+            && !(is_on_ground && (self.lines.iter().any(crosses) || passed.any(|at| !has_room(at, 2))))
+    }
+
+    /// How many streets meet at a place: 2 in the middle of one.
+    fn arms(&self, at: Point) -> u32 {
+        let ends = |line: &&Line| line.a == at || line.b == at;
+        let raised = self.raised.iter().filter(ends).count();
+        let on_ground = self.lines.iter().map(|line| match ends(&line) {
+            true => 1,
+            false => 2 * u32::from(predicates::within(line.a, line.b, at, ON_LINE)),
+        });
+        on_ground.sum::<u32>() + raised as u32
+    }
+}
+
+/// Whether the angle between two directions has a greater cosine.
+fn is_within(direction: (i64, i64), other: (i64, i64), cosine: f64) -> bool {
+    let dot = (direction.0 * other.0 + direction.1 * other.1) as f64;
+    dot > cosine * (norm_squared(direction) * norm_squared(other)).sqrt()
 }
 
 fn norm_squared(v: (i64, i64)) -> f64 {

@@ -1,6 +1,6 @@
 //! What a growth is told: class, goal, constraints, limits, seeds.
 
-use super::{Constraints, Field, Goal};
+use super::{Chain, Field, Goal};
 use crate::Class;
 use geom::{Angle, Id, Point, Seed};
 
@@ -30,8 +30,8 @@ pub struct Growth {
     pub widths: Option<Field>,
     /// Demand for streets.
     pub goal: Goal,
-    /// What adjusts or refuses proposals.
-    pub constraints: Constraints,
+    /// What adjusts or refuses proposals, in that order.
+    pub constraints: Chain,
     /// When to stop at the latest.
     pub limits: Limits,
     /// Where chance comes from; each tip gets its own, keyed by lineage.
@@ -52,7 +52,7 @@ impl Growth {
             half_width,
             widths: None,
             goal: Goal::none(),
-            constraints: Constraints::default(),
+            constraints: Chain::default(),
             limits: Limits::default(),
             seed,
             root,

@@ -1,13 +1,13 @@
 //! Single constraints, each on a proposal of its own.
 
 use super::support::{Rule, assert_planar, at, grid, minors, never, shared, site, slot, street, winding};
-use crate::growth::{Accepted, Fields, Growth, GrowthLog, Outcome, Refused, Tip, grow};
+use crate::growth::{Accepted, Constraints, Fields, Growth, GrowthLog, Outcome, Refused, Tip, grow};
 use crate::{Classes, StreetGraph};
 use geom::{Angle, Point, Raster, Vec2};
 use std::sync::Arc;
 
 /// Lets one street of `length` grow from the origin to the east, among given streets.
-fn eastward(given: &[(Point, Point)], length: f64, fields: Fields, settings: &Growth) -> (StreetGraph, GrowthLog) {
+pub fn eastward(given: &[(Point, Point)], length: f64, fields: Fields, settings: &Growth) -> (StreetGraph, GrowthLog) {
     let mut graph = StreetGraph::new(Classes::default());
     for (name, &(a, b)) in given.iter().enumerate() {
         street(&mut graph, Classes::MAJOR, name as u128 + 1, a, b);
@@ -20,12 +20,12 @@ fn eastward(given: &[(Point, Point)], length: f64, fields: Fields, settings: &Gr
     (graph, log)
 }
 
-fn only(log: &GrowthLog) -> (&Accepted, Outcome) {
+pub fn only(log: &GrowthLog) -> (&Accepted, Outcome) {
     assert_eq!((log.accepted.len(), log.refusals.total()), (1, 0), "{log:?}");
     (&log.accepted[0], log.accepted[0].outcome)
 }
 
-fn refused(log: &GrowthLog) -> Refused {
+pub fn refused(log: &GrowthLog) -> Refused {
     assert_eq!((log.accepted.len(), log.refusals.total()), (0, 1), "{log:?}");
     log.refusals.iter().next().unwrap().0
 }
@@ -121,7 +121,7 @@ fn refuses_what_is_too_short() {
 }
 
 /// Land of 1 m cells, wet where `wet` says so; x and y from -200 to 200.
-fn land(wet: impl Fn(f64, f64) -> bool) -> Fields {
+pub fn land(wet: impl Fn(f64, f64) -> bool) -> Fields {
     let cell = |i: usize| ((i % 400) as f64 - 199.5, 199.5 - (i / 400) as f64);
     let values = (0..160_000).map(cell).map(|(x, y)| if wet(x, y) { 0.0 } else { 1.0 }).collect();
     let mask = Raster::new(400, 400, 1.0, Vec2::splat(-200.0), values).unwrap();
@@ -145,17 +145,17 @@ fn prunes_at_the_coast_or_turns_along_it() {
 
 #[test]
 fn bridges_where_it_may() {
-    let river = || land(|x, _| (30.0..70.0).contains(&x));
+    let river = || land(|x, _| (4.0..44.0).contains(&x));
     let mut settings = minors();
+    let standard = Constraints { turn_most: Angle::ZERO, ..Constraints::default() };
     assert_eq!(refused(&eastward(&[], 60.0, river(), &settings).1), Refused::Illegal);
-    settings.constraints.bridge = 50.0;
-    settings.constraints.turn_most = Angle::ZERO;
+    settings.constraints = Constraints { bridge: 50.0, ..standard }.into();
     let (graph, log) = eastward(&[(at(20.0, -50.0), at(20.0, 50.0))], 60.0, river(), &settings);
     let (accepted, outcome) = only(&log);
     assert_eq!((outcome, accepted.line.level), (Outcome::Bridged, 1));
-    assert!((77.0..=79.5).contains(&accepted.end().metres().x), "{:?}", accepted.end());
+    assert!((51.0..=53.5).contains(&accepted.end().metres().x), "{:?}", accepted.end());
     assert_eq!(graph.segment_count(), 2, "it passes over the street below");
-    settings.constraints.bridge = 35.0;
+    settings.constraints = Constraints { bridge: 35.0, ..standard }.into();
     assert_eq!(refused(&eastward(&[], 60.0, river(), &settings).1), Refused::Illegal);
 }
 
@@ -165,9 +165,9 @@ fn keeps_off_steep_ground() {
     let raster = Raster::new(400, 400, 1.0, Vec2::splat(-200.0), values).unwrap();
     let fields = || Fields { elevation: crate::growth::Field::Map(Arc::new(raster.clone())), ..site(200.0) };
     let mut settings = minors();
-    settings.constraints.max_slope = 0.21;
+    settings.constraints = Constraints { max_slope: 0.21, ..Constraints::default() }.into();
     assert_eq!(only(&eastward(&[], 100.0, fields(), &settings).1).1, Outcome::As);
-    settings.constraints.max_slope = 0.15;
+    settings.constraints = Constraints { max_slope: 0.15, ..Constraints::default() }.into();
     // 0.2 · cos 50° = 0.129 is gentle enough, 0.2 · cos 40° = 0.153 is not.
     let log = eastward(&[], 100.0, fields(), &settings).1;
     let heading = Angle::of(only(&log).0.end().metres()).to_degrees();

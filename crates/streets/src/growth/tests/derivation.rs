@@ -1,7 +1,9 @@
 //! The kernel in an open graph: rasters, termination, determinism, lineage.
 
 use super::support::{Rule, assert_planar, at, grid, least_angle, minors, never, shared, site, slot, street, winding};
-use crate::growth::{Branch, Goal, GrowthLog, GrowthRules, Outcome, Refused, Slot, Steer, Stopped, Tip, grow};
+use crate::growth::{
+    Branch, Constraints, Goal, GrowthLog, GrowthRules, Outcome, Refused, Slot, Steer, Stopped, Tip, grow,
+};
 use crate::growth::{Field, Fields, Growth};
 use crate::{Classes, StreetGraph};
 use geom::{Angle, Bounds, Point, Raster, Vec2};
@@ -11,7 +13,7 @@ use std::sync::Arc;
 /// Settings under which a raster keeps to itself: nothing is cut back or turned at the rim of the site.
 fn strict() -> Growth {
     let mut settings = minors();
-    (settings.constraints.prune, settings.constraints.turn_most) = (1.0, Angle::ZERO);
+    settings.constraints = Constraints { prune: 1.0, turn_most: Angle::ZERO, ..Constraints::default() }.into();
     settings
 }
 

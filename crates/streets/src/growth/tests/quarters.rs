@@ -5,7 +5,8 @@ use super::support::{
 };
 use crate::faces::{Face, FaceKind, Faces};
 use crate::growth::{
-    Constraints, Fields, Growth, GrowthRules, QuarterGrowth, QuarterSettings, Stopped, Tip, attach, grow, grow_quarter,
+    Chain, Constraints, Fields, Growth, GrowthRules, QuarterGrowth, QuarterSettings, Stopped, Tip, attach, grow,
+    grow_quarter,
 };
 use crate::{Classes, StreetGraph};
 use geom::polygon::Location;
@@ -45,7 +46,7 @@ fn fill_in(graph: &StreetGraph, face: &Face, rules: &dyn GrowthRules, fields: Fi
 fn a_raster_quarter_is_a_full_grid() {
     let (mut graph, [west, _]) = two_quarters(0.0);
     let growth = fill(&graph, &west, &grid(Angle::ZERO, 100.0, 200.0));
-    let log = attach(&mut graph, &[growth], &Constraints::default());
+    let log = attach(&mut graph, &[growth], &Chain::default());
     assert_planar(&graph);
     assert_eq!((log.dropped.len(), log.moved), (0, 0));
     for x in 1..6 {
@@ -67,7 +68,7 @@ fn rasters_line_up_across_a_rim() {
         let (mut graph, faces) = two_quarters(slant);
         let rules = grid(heading, 150.0, 90.0);
         let growths = faces.map(|face| fill(&graph, &face, &rules));
-        let log = attach(&mut graph, &growths, &Constraints::default());
+        let log = attach(&mut graph, &growths, &Chain::default());
         assert_planar(&graph);
         assert_eq!(log.dropped, []);
         let on_rim = |p: Point| predicates::within(at(600.0, 0.0), at(600.0 + slant, 800.0), p, 8);
@@ -99,7 +100,7 @@ fn merges_do_not_depend_on_the_order_of_quarters() {
     let growths = faces.map(|face| fill(&graph, &face, &winding()));
     let digest = |growths: &[QuarterGrowth]| {
         let mut graph = graph.clone();
-        let log = attach(&mut graph, growths, &Constraints::default());
+        let log = attach(&mut graph, growths, &Chain::default());
         assert_planar(&graph);
         (graph.digest(), log)
     };
@@ -114,7 +115,7 @@ fn merges_do_not_depend_on_the_order_of_quarters() {
 fn stubs_from_both_sides_share_a_crossing() {
     let (mut graph, faces) = two_quarters(37.0);
     let growths = faces.map(|face| fill(&graph, &face, &winding()));
-    let constraints = Constraints::default();
+    let constraints = Chain::default();
     let log = attach(&mut graph, &growths, &constraints);
     assert!(log.moved > 0, "{log:?}");
     let mut on_rim: Vec<_> = graph
@@ -124,7 +125,7 @@ fn stubs_from_both_sides_share_a_crossing() {
         .collect();
     on_rim.sort_unstable_by_key(|p| p.y);
     let closest = on_rim.windows(2).map(|pair| pair[0].distance(pair[1])).fold(f64::INFINITY, f64::min);
-    assert!(closest >= constraints.snap - 0.1, "{closest}");
+    assert!(closest >= constraints.snap() - 0.1, "{closest}");
     assert!(least_angle(&graph) > 24.0, "{}", least_angle(&graph));
 }
 
@@ -167,7 +168,7 @@ fn given_streets_inside_are_met() {
     street(&mut graph, Classes::MINOR, 50, at(150.0, 180.0), at(430.0, 330.0));
     let growth = fill(&graph, &faces[0], &winding());
     let mut merged = graph.clone();
-    let log = attach(&mut merged, &[growth], &Constraints::default());
+    let log = attach(&mut merged, &[growth], &Chain::default());
     assert_planar(&merged);
     assert_eq!(log.dropped, []);
     assert!(merged.segments_of(crate::StreetId(geom::Id(50))).len() > 2, "grown streets end on it");
@@ -214,7 +215,7 @@ fn a_hole_is_left_alone() {
     let is_deep = |p: Point| inner.locate(p) == Location::Inside && inner.distance_to_rim(p.metres()) > 0.002;
     assert!(!growth.log.accepted.iter().any(|a| is_deep(a.end())));
     assert!(growth.attachments.iter().any(|stub| stub.side >= 4), "streets end on the hole's rim");
-    let log = attach(&mut graph, &[growth], &Constraints::default());
+    let log = attach(&mut graph, &[growth], &Chain::default());
     assert_planar(&graph);
     assert_eq!(log.dropped, []);
 }
@@ -244,7 +245,7 @@ proptest! {
 #[test]
 fn majors_then_minors_make_a_city() {
     let mut majors = Growth::new(Classes::MAJOR, 6 * 1024, geom::Seed(5), geom::Id::root("majors", &[]));
-    majors.constraints = Constraints::majors();
+    majors.constraints = Constraints::majors().into();
     let longer = Rule(|tip: &mut Tip| {
         winding().propose(tip);
         let slots = &mut tip.slots;
@@ -264,7 +265,7 @@ fn majors_then_minors_make_a_city() {
         let growths: Vec<_> = quarters.iter().map(grown).collect();
         assert!(growths.iter().all(|growth| growth.fault.is_none()));
         let mut city = graph.clone();
-        let log = attach(&mut city, &growths, &Constraints::default());
+        let log = attach(&mut city, &growths, &Chain::default());
         assert_planar(&city);
         assert!(log.laid > 300 && log.dropped.len() * 50 < log.laid, "{} {:?}", log.laid, log.dropped);
         // The rims are where they were: the same quarters come out.

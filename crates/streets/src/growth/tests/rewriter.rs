@@ -2,7 +2,7 @@
 //! conflicts both accept the same proposals at the same steps.
 
 use super::support::{Rule, at, minors, never, shared, site, slot};
-use crate::growth::{Branch, GrowthRules, Slot, Slots, Tip, grow};
+use crate::growth::{Branch, Constraints, GrowthRules, Slot, Slots, Tip, grow};
 use crate::{Classes, StreetGraph};
 use geom::{Angle, Id, Point, Seed, Vec2};
 use proptest::prelude::*;
@@ -127,9 +127,9 @@ proptest! {
         let fields = shared(site(20_000.0));
         let mut settings = minors();
         (settings.limits.steps, settings.seed) = (steps, Seed(chance));
-        settings.constraints.longest = 1e5;
+        let standard = Constraints { longest: 1e5, ..Constraints::default() };
         // Open ground: nothing but the separation of the graph is asked for.
-        (settings.constraints.snap, settings.constraints.extend, settings.constraints.duplicate) = (0.1, 1.0, 0.1);
+        settings.constraints = Constraints { snap: 0.1, extend: 1.0, duplicate: 0.1, ..standard }.into();
         let seed = settings.seed_point(at(0.0, 0.0), Angle::ZERO, 0);
         let mut graph = StreetGraph::new(Classes::default());
         let log = grow(&mut graph, &settings, &rules, &fields, &[seed], &never);

@@ -1,0 +1,153 @@
+//! Constraints of one's own: `constrain(segment, p)`.
+
+use super::{chance, method, property, within};
+use crate::fault::{Complaint, Fault, Faults};
+use crate::host::{Caller, Handle, Located, numeric};
+use crate::names::hint;
+use crate::plan::MapRef;
+use crate::rule::{Rule, RuleKind};
+use geom::{Angle, Point, Vec2};
+use rhai::{Dynamic, Engine};
+use std::fmt;
+use std::sync::Arc;
+use streets::Classes;
+use streets::growth::{Constrain, Draft, Field, Fields};
+
+/// A local constraint that a rule decides: what the growth kernel asks.
+pub struct ConstraintPattern {
+    caller: Caller<Drafting>,
+    classes: Arc<Classes>,
+    faults: Arc<Faults>,
+}
+
+impl fmt::Debug for ConstraintPattern {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ConstraintPattern").field("rule", self.caller.rule()).finish_non_exhaustive()
+    }
+}
+
+/// What `segment` stands for during a call.
+#[derive(Clone, Debug)]
+struct Drafting {
+    draft: Draft,
+    classes: Arc<Classes>,
+}
+
+impl Located for Drafting {
+    fn place(&self) -> Vec2 {
+        self.draft.from
+    }
+}
+
+impl ConstraintPattern {
+    /// The constraint of a rule with `constrain(segment, p)`; what goes wrong is reported to `faults`.
+    pub fn new(rule: Rule, classes: Arc<Classes>, faults: Arc<Faults>) -> Self {
+        let caller = Caller::new(rule, RuleKind::Constrain);
+        Self { caller, classes, faults }
+    }
+}
+
+impl Constrain for ConstraintPattern {
+    /// On a fault the street is refused. Reasons carry the rule's name.
+    fn constrain(&self, draft: &mut Draft) {
+        let classes = self.classes.clone();
+        let refuse = |why: &str| -> Arc<str> { format!("{}: {why}", self.caller.rule().name()).into() };
+        match self.caller.call(Drafting { draft: draft.clone(), classes }) {
+            Ok(left) => {
+                *draft = left.draft;
+                draft.refused = draft.refused.take().map(|why| refuse(&why));
+            }
+            Err(fault) => {
+                let fault: Fault = *fault;
+                draft.refuse(refuse("the rule failed"));
+                self.faults.report(fault.at(draft.from));
+            }
+        }
+    }
+}
+
+pub(super) fn register(engine: &mut Engine) {
+    engine.register_type_with_name::<Handle<Drafting>>("segment");
+    properties(engine);
+    questions(engine);
+    answers(engine);
+}
+
+fn properties(engine: &mut Engine) {
+    property::<Drafting, f64>(engine, "from_x", |d| d.draft.from.x);
+    property::<Drafting, f64>(engine, "from_y", |d| d.draft.from.y);
+    property::<Drafting, f64>(engine, "to_x", |d| d.draft.to.x);
+    property::<Drafting, f64>(engine, "to_y", |d| d.draft.to.y);
+    property::<Drafting, f64>(engine, "length", |d| d.draft.length());
+    property::<Drafting, f64>(engine, "heading", |d| d.draft.heading.wrapped().to_degrees());
+    property::<Drafting, String>(engine, "class", |d| d.classes.info(d.draft.class).name.clone());
+    property::<Drafting, i64>(engine, "level", |d| i64::from(d.draft.level));
+    property::<Drafting, bool>(engine, "meets_street", |d| d.draft.meets_street);
+    property::<Drafting, f64>(engine, "slope", |d| d.draft.grade().abs());
+    property::<Drafting, f64>(engine, "density", |d| d.draft.fields.density.at(d.draft.to));
+    chance::<Drafting>(engine, |d| d.draft.seed);
+}
+
+fn questions(engine: &mut Engine) {
+    method!(engine, "map"(name) "The value of a map of the site at the segment's end.", Drafting,
+        |d, name| Ok(field(&d.draft.fields, name)?.1.at(d.draft.to)));
+    method!(engine, "map"(name, share) "The value of a map at a share of the segment's length, from 0 to 1.", Drafting, |d, name, share| {
+        let share = within("the share", share, 0.0, 1.0, "")?;
+        Ok(field(&d.draft.fields, name)?.1.at(d.draft.at_share(share)))
+    });
+    method!(engine, "distance_to"(name) "Metres from the segment to the nearest place that a map marks.", Drafting, |d, name| {
+        let (name, _) = field(&d.draft.fields, name)?;
+        Ok(d.draft.fields.distance_to(&name, d.draft.from, d.draft.to).unwrap_or(f64::INFINITY))
+    });
+}
+
+/// A map of the site, by its name or as a parameter.
+fn field<'a>(fields: &'a Fields, name: &Dynamic) -> Result<(String, &'a Field), Complaint> {
+    let map = name.read_lock::<MapRef>().map(|map| map.name.clone());
+    let name = map.or_else(|| name.clone().into_string().ok());
+    let name = name.ok_or_else(|| Complaint::new("a map is asked for by its name"))?;
+    let near = || hint(&name, fields.maps.keys().map(String::as_str));
+    let missing = || Complaint::new(format!("the site has no map `{name}`")).maybe_hint(near());
+    let field = fields.maps.get(&name).ok_or_else(missing)?;
+    Ok((name, field))
+}
+
+fn answers(engine: &mut Engine) {
+    method!(engine, "turn"(degrees) "Turns the segment about its start, counter-clockwise.", Drafting, |d, degrees| {
+        d.draft.turn(Angle::degrees(within("the turn", degrees, -180.0, 180.0, "°")?));
+        Ok(())
+    });
+    method!(engine, "shorten"(metres) "Takes so many metres off its end.", Drafting, |d, metres| {
+        let metres = numeric("the metres to take off", metres)?;
+        let left = d.draft.length() - metres;
+        cut(&mut d.draft, left, "a segment is shortened by at least nothing and less than its length")
+    });
+    method!(engine, "cut_to"(metres) "Cuts it to a length in metres.", Drafting, |d, metres| {
+        let length = numeric("the length", metres)?;
+        cut(&mut d.draft, length, "a segment is cut to a length above 0 and at most its own")
+    });
+    method!(engine, "end_at"(x, y) "Lets it end at a place, in metres.", Drafting, |d, x, y| {
+        let place = Vec2::new(numeric("x", x)?, numeric("y", y)?);
+        let far = || Complaint::new("a segment cannot end more than 500 km away");
+        Point::try_from_metres(place).ok_or_else(far)?;
+        d.draft.end_at(place);
+        Ok(())
+    });
+    method!(engine, "refuse"(why) "The segment is not laid; the report says why.", Drafting, |d, why| {
+        let text = why.clone().into_string();
+        let text = text.map_err(|_| Complaint::new("say why in a text: segment.refuse(\"too close to a park\")"))?;
+        d.draft.refuse(text.into());
+        Ok(())
+    });
+}
+
+fn cut(draft: &mut Draft, length: f64, rule: &str) -> Result<(), Complaint> {
+    let whole = draft.length();
+    if !(length > 0.0 && length <= whole) {
+        return Err(Complaint::new(rule).hint(format!("it is {whole:.1} m long")));
+    }
+    if length < whole {
+        draft.cut_to(length);
+    }
+    Ok(())
+}

@@ -1,0 +1,179 @@
+//! The local constraints as data: an ordered chain of named steps, each with its own parameters (PM01 §3.3,
+//! SCH10 §4.2.3).
+
+use super::own::Own;
+use super::{Area, Constraints};
+use geom::Angle;
+
+/// What a chain may hold at most.
+pub const MOST_STEPS: usize = 32;
+
+/// One local constraint. Lengths in metres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// Shortest and longest piece of street.
+    Length(Length),
+    /// Streets stay in the legal area: they are pruned, turned along its rim, or bridge over (PM01 §3.3).
+    Legal(Legal),
+    /// Streets are not steeper than a limit: they are turned, go through the hill, or turn back (SCH10 §4.2.3).
+    Slope(Slope),
+    /// Streets stay inside a polygon or a map: what leads out is clipped (SCH10 §4.2.3).
+    Mask(Area),
+    /// A street that crosses another ends there (PM01 §3.3.1).
+    Crossing,
+    /// A street that ends, or passes a crossing, closer than this goes to the crossing.
+    Snap(f64),
+    /// A street that would soon meet another goes on to it.
+    Extend(Extend),
+    /// A street that ends beside another, closer than this, goes to it.
+    Join(f64),
+    /// Near-parallel streets closer than this, along more than half of the shorter one, are duplicates; so are those
+    /// whose roadways would overlap.
+    Duplicate(f64),
+    /// Least angle between streets at a crossing.
+    Angle(Angle),
+    /// Most streets that meet in a crossing (SCH10 §4.2.2).
+    Arms(u32),
+    /// A constraint that a rule decides.
+    Own(Own),
+}
+
+/// Shortest and longest piece of street, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Length {
+    /// Shorter pieces are refused.
+    pub least: f64,
+    /// Longer proposals are cut.
+    pub longest: f64,
+}
+
+/// How streets stay in the legal area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Legal {
+    /// Least share of its length that a proposal may be cut back to at the rim.
+    pub prune: f64,
+    /// How far, and how finely, a heading that stays inside is looked for.
+    pub turns: TurnSearch,
+    /// Whether it is looked for before anything is cut back: so streets follow a shore instead of ending at it.
+    pub turns_first: bool,
+    /// What may lead over illegal area.
+    pub bridge: Option<Bridge>,
+}
+
+/// A search for a heading by ascending turns, counter-clockwise first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnSearch {
+    /// Step of the search.
+    pub step: Angle,
+    /// Largest turn; 0 for none.
+    pub most: Angle,
+}
+
+/// Bridges: they start at the shore, come down straight on legal ground, and are flagged by level 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bridge {
+    /// Longest stretch of illegal area that is crossed, in metres.
+    pub longest: f64,
+    /// Least distance between the ends of two bridges, in metres.
+    pub spacing: f64,
+    /// What they lead over.
+    pub over: Over,
+    /// Whether a bridge is tried before a turn: so streets cross a river that they could follow.
+    pub is_first: bool,
+}
+
+/// What bridges may lead over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Over {
+    /// Water alone: see [`Fields::is_water`](super::Fields::is_water).
+    Water,
+    /// Any illegal area: parks too.
+    Any,
+}
+
+/// How streets keep to gentle slopes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// Steepest slope anywhere along a street, rise over run.
+    pub most: f64,
+    /// How far, and how finely, a gentle heading is looked for.
+    pub turns: TurnSearch,
+    /// Whether a street may turn back, up to the least angle between streets, where nothing else is gentle enough.
+    pub has_hairpins: bool,
+    /// Longest way through a hill, in metres; 0 for none. Flagged by level -1.
+    pub tunnel: f64,
+}
+
+/// When a street goes on to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extend {
+    /// Within this multiple of its length; 1 for never.
+    pub factor: f64,
+    /// Longest piece that it goes on by, in metres.
+    pub most: f64,
+}
+
+/// The local constraints of a growth, in the order in which they are asked.
+///
+/// A step that changes a proposal starts the chain anew, so each step has agreed to what is laid; one that cannot settle
+/// is refused. What holds between streets whatever their order (crossing, duplicate, angle, arms) or of the ground
+/// (legal, slope, mask) is tested on the final line once more, so the order decides how a street is adjusted and never
+/// whether it is valid (V25).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    steps: Vec<Step>,
+}
+
+impl Chain {
+    /// A chain of at most [`MOST_STEPS`] steps; what is beyond is left out.
+    pub fn new(mut steps: Vec<Step>) -> Self {
+        steps.truncate(MOST_STEPS);
+        Self { steps }
+    }
+
+    /// The steps in order.
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// The same chain with a step added at its end.
+    #[must_use]
+    pub fn with(mut self, step: Step) -> Self {
+        self.steps.push(step);
+        Self::new(self.steps)
+    }
+
+    /// The same chain without the steps that `is_dropped` names.
+    #[must_use]
+    pub fn without(mut self, is_dropped: impl Fn(&Step) -> bool) -> Self {
+        self.steps.retain(|step| !is_dropped(step));
+        self
+    }
+
+    /// The snapping distance in metres; 0 where nothing snaps.
+    pub fn snap(&self) -> f64 {
+        self.find(|step| if let Step::Snap(metres) = step { Some(*metres) } else { None }).unwrap_or(0.0)
+    }
+
+    /// The least angle between streets; none where any will do.
+    pub fn least_angle(&self) -> Option<Angle> {
+        self.find(|step| if let Step::Angle(least) = step { Some(*least) } else { None })
+    }
+
+    /// Shortest and longest piece of street; no limits where the chain says nothing.
+    pub fn length(&self) -> Length {
+        let found = self.find(|step| if let Step::Length(length) = step { Some(*length) } else { None });
+        found.unwrap_or(Length { least: 0.0, longest: f64::INFINITY })
+    }
+
+    pub(super) fn find<T>(&self, pick: impl Fn(&Step) -> Option<T>) -> Option<T> {
+        self.steps.iter().find_map(pick)
+    }
+}
+
+impl Default for Chain {
+    /// The standard chain with its defaults for minors.
+    fn default() -> Self {
+        Constraints::default().into()
+    }
+}
