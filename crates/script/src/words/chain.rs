@@ -12,8 +12,8 @@ use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use streets::growth::{
-    Area, BRIDGE_SPACING, Bridge, Chain, Constraints, Extend, Legal, Length, MOST_STEPS, Over, Own, Slope, Step,
-    TurnSearch,
+    Area, BRIDGE_SPACING, Bridge, Chain, Constraints, Duplicate, Extend, Legal, Length, MOST_STEPS, Over, Own, Slope,
+    Step, TurnSearch,
 };
 
 /// Longest length that a constraint may name, in metres.
@@ -106,9 +106,13 @@ fn streets(engine: &mut Engine) {
     one(engine, "join", "/// A street that ends beside another, closer than this, goes to it.", "metres", |value| {
         Ok(Step::Join(metres("the joining distance", value)?))
     });
-    one(engine, "duplicate", "/// Near-parallel streets closer than this are one too many.", "metres", |value| {
-        Ok(Step::Duplicate(metres("the distance of duplicates", value)?))
-    });
+    FuncRegistration::new("duplicate")
+        .with_params_info(["metres"])
+        .with_comments(["/// Near-parallel streets closer than this are one too many."])
+        .register_into_engine(engine, |within: Dynamic| -> Told { Ok(duplicate(&within, Map::new())?) });
+    FuncRegistration::new("duplicate")
+        .with_params_info(["metres", "#{ whole }"])
+        .register_into_engine(engine, |within: Dynamic, options: Map| -> Told { Ok(duplicate(&within, options)?) });
     one(engine, "angle", "/// Least angle between streets at a crossing.", "degrees", |value| {
         Ok(Step::Angle(Angle::degrees(within("the least angle", value, 0.0, 180.0, "°")?)))
     });
@@ -138,6 +142,13 @@ fn length(least: &Dynamic, longest: &Dynamic) -> Result<Link, Complaint> {
 fn extend(factor: &Dynamic, most: &Dynamic) -> Result<Link, Complaint> {
     let factor = within("the multiple of the length", factor, 1.0, 100.0, "")?;
     Ok(Link::Native("extend", Step::Extend(Extend { factor, most: metres("the longest extension", most)? })))
+}
+
+fn duplicate(within: &Dynamic, options: Map) -> Result<Link, Complaint> {
+    let mut options = Options::new("duplicate", options, &["whole"])?;
+    let within = metres("the distance of duplicates", within)?;
+    let is_whole = options.flag("whole")?.unwrap_or(false);
+    Ok(Link::Native("duplicate", Step::Duplicate(Duplicate { within, is_whole })))
 }
 
 fn turns(options: &mut Options) -> Result<TurnSearch, Complaint> {

@@ -27,9 +27,8 @@ pub enum Step {
     Extend(Extend),
     /// A street that ends beside another, closer than this, goes to it.
     Join(f64),
-    /// Near-parallel streets closer than this, along more than half of the shorter one, are duplicates; so are those
-    /// whose roadways would overlap.
-    Duplicate(f64),
+    /// Near-parallel streets that run close to each other are one too many.
+    Duplicate(Duplicate),
     /// Least angle between streets at a crossing.
     Angle(Angle),
     /// Most streets that meet in a crossing (SCH10 §4.2.2).
@@ -102,6 +101,17 @@ pub struct Slope {
     pub has_hairpins: bool,
     /// Longest way through a hill, in metres; 0 for none. Flagged by level -1.
     pub tunnel: f64,
+}
+
+/// When two near-parallel streets are one too many.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Duplicate {
+    /// They are closer than this, in metres, along more than half of the shorter one; so are those whose roadways would
+    /// overlap.
+    pub within: f64,
+    /// Whether all pieces of street that a new one runs along count together, rather than each piece between two
+    /// crossings by itself.
+    pub is_whole: bool,
 }
 
 /// When a street goes on to another.

@@ -1,6 +1,6 @@
 //! The standard chain of local constraints (PM01 §3.3) and its parameters.
 
-use super::{Bridge, Chain, Extend, Legal, Length, Over, Slope, Step, TurnSearch};
+use super::{Bridge, Chain, Duplicate, Extend, Legal, Length, Over, Slope, Step, TurnSearch};
 use geom::{Angle, tolerance};
 
 /// Parameters of the standard chain: length, legal area, slope, crossing, snap, extend, join, duplicate, angle. Lengths
@@ -92,7 +92,7 @@ impl From<Constraints> for Chain {
             Step::Snap(standard.snap),
             Step::Extend(Extend { factor: standard.extend, most: standard.extend_most }),
             Step::Join(standard.snap),
-            Step::Duplicate(standard.duplicate),
+            Step::Duplicate(Duplicate { within: standard.duplicate, is_whole: false }),
             Step::Angle(standard.least_angle),
         ])
     }

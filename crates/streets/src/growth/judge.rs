@@ -103,7 +103,7 @@ impl<'a> Judge<'a> {
             join: metres(|step| if let Step::Join(within) = step { Some(*within) } else { None }),
             // Nothing shorter can be laid, whatever is asked for.
             least: units(chain.length().least).max(tolerance::LAYING + 1),
-            duplicate: metres(|step| if let Step::Duplicate(within) = step { Some(*within) } else { None }),
+            duplicate: metres(|step| if let Step::Duplicate(duplicate) = step { Some(duplicate.within) } else { None }),
             extend: chain.find(|step| if let Step::Extend(extend) = step { Some(*extend) } else { None }),
             has_crossing: chain.steps().contains(&Step::Crossing),
             has_length: chain.find(|step| matches!(step, Step::Length(_)).then_some(())).is_some(),
@@ -328,7 +328,8 @@ impl<'a> Judge<'a> {
         line: &mut Line,
         pass: &mut Pass,
     ) -> Result<Answer, Refused> {
-        if pass.is_settled {
+        // Whatever else asks for an end: a street that is crossed on the way is asked, too.
+        if pass.is_settled && *step != Step::Crossing {
             return Ok(Answer::Agreed);
         }
         let (from, to) = (proposal.from, line.point()?);
@@ -397,7 +398,10 @@ impl<'a> Judge<'a> {
         if from.distance_squared(met.at) > from.distance_squared(to) {
             return None;
         }
-        let node = if met.is_node { Some(met.at) } else { self.near.node_within(met.at, self.snap, from) };
+        let close = || self.near.node_within(met.at, self.snap, from);
+        let node = if met.is_node { Some(met.at) } else { close() };
+        // Not to a crossing on the far side of the street that is met.
+        let node = node.filter(|&node| !self.near.is_crossed(from, node));
         Some(node.map_or((met.at, Outcome::Crossed), |node| (node, Outcome::Snapped)))
     }
 
@@ -473,9 +477,14 @@ impl<'a> Judge<'a> {
             Step::Legal(_) => (!has_left || self.ground.legal_share(start, end) >= 1.0, Refused::Illegal),
             Step::Slope(_) => (!has_left || self.ground.is_gentle(start, end), Refused::Steep),
             Step::Mask(_) => (!has_left || self.ground.covered_share(start, end) >= 1.0, Refused::Masked),
-            Step::Duplicate(_) => {
-                let is_duplicate = || self.near.is_duplicate(from, to, proposal.half_width, self.duplicate);
-                (!is_on_ground || !is_duplicate(), Refused::Duplicate)
+            Step::Duplicate(duplicate) => {
+                let near = &self.near;
+                let runs_along = || near.runs_along(from, to, proposal.half_width, self.duplicate);
+                let is_one_too_many = || {
+                    near.is_duplicate(from, to, proposal.half_width, self.duplicate)
+                        || (duplicate.is_whole && runs_along())
+                };
+                (!is_on_ground || !is_one_too_many(), Refused::Duplicate)
             }
             Step::Angle(least) => (!self.is_sharp(from, to, least.cos(), is_on_ground), Refused::Sharp),
             Step::Arms(most) => (self.near.has_room(from, to, *most, is_on_ground), Refused::Full),

@@ -42,7 +42,7 @@ pub use fields::{Field, Fields, Fit};
 pub use given::grow_from_streets;
 mod span;
 
-pub use chain::{Bridge, Chain, Extend, Legal, Length, MOST_STEPS, Over, Slope, Step, TurnSearch};
+pub use chain::{Bridge, Chain, Duplicate, Extend, Legal, Length, MOST_STEPS, Over, Slope, Step, TurnSearch};
 pub use constraints::{BRIDGE_SPACING, Constraints};
 pub use distances::Distances;
 pub use goal::Goal;

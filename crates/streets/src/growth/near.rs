@@ -11,6 +11,10 @@ const DUPLICATE_SHARE: f64 = 0.5;
 /// A place this close (LSB) to a segment lies on it: the rounding of the place plus that of the segment's ends.
 const ON_LINE: i32 = 3;
 
+/// A line that passes a crossing closer than this (LSB) may be led through it: cuts with two of its streets would come to
+/// lie closer than the laying distance.
+const PASSED: i32 = 3 * tolerance::LAYING;
+
 /// Segments of the ground near a proposal.
 #[derive(Debug, Default)]
 pub(super) struct Near {
@@ -53,6 +57,15 @@ impl Near {
         });
     }
 
+    fn all(&self) -> impl Iterator<Item = &Line> {
+        self.lines.iter().chain(&self.raised)
+    }
+
+    /// All lines, with whether they lie on the ground: of others only the ends are met.
+    fn with_level(&self) -> impl Iterator<Item = (&Line, bool)> {
+        self.lines.iter().map(|line| (line, true)).chain(self.raised.iter().map(|line| (line, false)))
+    }
+
     /// The first street that the line from `from` to `to` crosses, or crossing that it passes closer than `snap` LSB,
     /// there the crossing. Streets that `from` lies on, and crossings closer than `least` to it, are passed over.
     pub fn first_met(&self, from: Point, to: Point, snap: i32, least: i32) -> Option<Met> {
@@ -65,7 +78,7 @@ impl Near {
         let length_squared = from.distance_squared(to) as f64;
         let touch_share = f64::from(tolerance::LAYING) / length_squared.sqrt();
         let (reach, least_share) = (f64::from(snap) * length_squared.sqrt(), f64::from(least) / length_squared.sqrt());
-        for &Line { a, b, .. } in &self.lines {
+        for (&Line { a, b, .. }, is_on_ground) in self.with_level() {
             let sides = [a, b].map(|end| predicates::orient(from, to, end));
             for (end, side) in [a, b].into_iter().zip(sides) {
                 let share = predicates::dot(from, to, end) as f64 / length_squared;
@@ -73,7 +86,12 @@ impl Near {
                     offer(share, end, true);
                 }
             }
-            if a == from || b == from || (sides[0] > 0 && sides[1] > 0) || (sides[0] < 0 && sides[1] < 0) {
+            if !is_on_ground
+                || a == from
+                || b == from
+                || (sides[0] > 0 && sides[1] > 0)
+                || (sides[0] < 0 && sides[1] < 0)
+            {
                 continue;
             }
             let (before, after) = (predicates::orient(a, b, from), predicates::orient(a, b, to));
@@ -93,7 +111,7 @@ impl Near {
     /// The crossing nearest to `p`, closer than `snap` LSB and other than `except`.
     pub fn node_within(&self, p: Point, snap: i32, except: Point) -> Option<Point> {
         let limit = i64::from(snap) * i64::from(snap);
-        let ends = self.lines.iter().flat_map(|line| [line.a, line.b]).filter(|&end| end != except);
+        let ends = self.all().flat_map(|line| [line.a, line.b]).filter(|&end| end != except);
         let nearest = ends.map(|end| (end.distance_squared(p), end)).min()?;
         (nearest.0 < limit).then_some(nearest.1)
     }
@@ -104,6 +122,11 @@ impl Near {
         let close = lines.filter(|line| predicates::within(line.a, line.b, p, snap));
         let feet = close.map(|line| predicates::foot(line.a, line.b, p));
         feet.map(|foot| (foot.distance_squared(p), foot)).min().map(|(_, foot)| foot)
+    }
+
+    /// Whether a street is crossed on the way from `from` to `to`.
+    pub fn is_crossed(&self, from: Point, to: Point) -> bool {
+        self.lines.iter().any(|line| predicates::crosses_properly(from, to, line.a, line.b))
     }
 
     /// Whether a street ends at `p`.
@@ -123,6 +146,15 @@ impl Near {
             let width = width.max(half_width.saturating_add(line.half_width));
             are_duplicates((from, to), (line.a, line.b), f64::from(width))
         })
+    }
+
+    /// Whether more than half of a line runs so along streets, whatever pieces their crossings make of them.
+    pub fn runs_along(&self, from: Point, to: Point, half_width: i32, width: i32) -> bool {
+        let beside = self.lines.iter().filter(|line| are_parallel((from, to), (line.a, line.b))).map(|line| {
+            let width = width.max(half_width.saturating_add(line.half_width));
+            share_beside((line.a, line.b), (from, to), f64::from(width)).max(0.0)
+        });
+        beside.sum::<f64>() > DUPLICATE_SHARE
     }
 
     /// Whether the line from `at` to `to` makes an angle at `at` with a street there whose cosine exceeds `cosine`.
@@ -149,30 +181,23 @@ impl Near {
     /// it that it will be led through, and, where `crosses`, with streets that it crosses.
     pub fn is_sharp_between(&self, from: Point, to: Point, cosine: f64, crosses: bool) -> bool {
         let direction = from.to(to);
-        let around = Bounds::between(from, to).grown(tolerance::LAYING);
-        let is_passed = |end: Point| {
-            end != from && end != to && around.contains(end) && predicates::within(from, to, end, tolerance::LAYING)
-        };
-        self.lines.iter().any(|&Line { a, b, .. }| {
+        self.with_level().any(|(&Line { a, b, .. }, is_on_ground)| {
             let is_narrow = || is_within(direction, a.to(b), cosine) || is_within(direction, b.to(a), cosine);
-            let is_met = || is_passed(a) || is_passed(b) || (crosses && predicates::crosses_properly(from, to, a, b));
-            is_narrow() && is_met()
+            let is_cut = || is_on_ground && crosses && predicates::crosses_properly(from, to, a, b);
+            is_narrow() && (is_passed(from, to, a) || is_passed(from, to, b) || is_cut())
         })
     }
 
     /// Whether a line from `from` to `to` leaves at most `most` streets in each crossing that it ends or, on the
     /// ground, passes.
     pub fn has_room(&self, from: Point, to: Point, most: u32, is_on_ground: bool) -> bool {
-        let around = Bounds::between(from, to).grown(tolerance::LAYING);
-        let is_passed = |end: &Point| {
-            *end != from && *end != to && around.contains(*end) && predicates::within(from, to, *end, tolerance::LAYING)
-        };
-        let mut passed = self.lines.iter().flat_map(|line| [line.a, line.b]).filter(is_passed);
-        let crosses = |line: &Line| most < 4 && predicates::crosses_properly(from, to, line.a, line.b);
         let has_room = |at: Point, more: u32| self.arms(at) + more <= most;
+        let crosses = |line: &Line| most < 4 && predicates::crosses_properly(from, to, line.a, line.b);
+        let ends = || self.all().flat_map(|line| [line.a, line.b]);
         has_room(from, 1)
             && has_room(to, 1)
-            && !(is_on_ground && (self.lines.iter().any(crosses) || passed.any(|at| !has_room(at, 2))))
+            && !(is_on_ground && self.lines.iter().any(crosses))
+            && !(is_on_ground && ends().any(|end| is_passed(from, to, end) && !has_room(end, 2)))
     }
 
     /// How many streets meet at a place: 2 in the middle of one.
@@ -187,6 +212,12 @@ impl Near {
     }
 }
 
+/// Whether a line passes a crossing between its ends so close that it may be led through it.
+fn is_passed(from: Point, to: Point, end: Point) -> bool {
+    let around = Bounds::between(from, to).grown(PASSED);
+    end != from && end != to && around.contains(end) && predicates::within(from, to, end, PASSED)
+}
+
 /// Whether the angle between two directions has a greater cosine.
 fn is_within(direction: (i64, i64), other: (i64, i64), cosine: f64) -> bool {
     let dot = (direction.0 * other.0 + direction.1 * other.1) as f64;
@@ -197,13 +228,17 @@ fn norm_squared(v: (i64, i64)) -> f64 {
     (v.0 * v.0 + v.1 * v.1) as f64
 }
 
-fn are_duplicates(one: (Point, Point), other: (Point, Point), width: f64) -> bool {
+fn are_parallel(one: (Point, Point), other: (Point, Point)) -> bool {
     let (u, v) = (one.0.to(one.1), other.0.to(other.1));
     let cross = (u.0 * v.1 - u.1 * v.0) as f64;
-    let (length, other_length) = (norm_squared(u).sqrt(), norm_squared(v).sqrt());
-    if cross.abs() >= PARALLEL_SINE * length * other_length {
+    cross.abs() < PARALLEL_SINE * (norm_squared(u).sqrt() * norm_squared(v).sqrt())
+}
+
+fn are_duplicates(one: (Point, Point), other: (Point, Point), width: f64) -> bool {
+    if !are_parallel(one, other) {
         return false;
     }
+    let [length, other_length] = [one, other].map(|(a, b)| norm_squared(a.to(b)).sqrt());
     // Lines of equal length are held against each other both ways, so that the answer does not depend on their order.
     (length >= other_length && share_beside(one, other, width) > DUPLICATE_SHARE)
         || (other_length >= length && share_beside(other, one, width) > DUPLICATE_SHARE)
