@@ -180,7 +180,7 @@ fn wrong_lists_are_told() {
         "city.rhai:2:52: `constraints` must be rule(\"…\"), not a whole number"
     );
     assert_eq!(says("rule(\"streets/grid\")", &[]), "city.rhai:2:52: rule `streets/grid` has no `fn constraints(p)`");
-    let nine = format!("[{}]", vec!["rule(\"a\")"; 9].join(", "));
+    let nine = format!("[{}]", ["rule(\"a\")"; 9].join(", "));
     assert_eq!(says(&nine, &[OWN]), "city.rhai:2:52: `constraints` takes at most 8 rules, not 9");
 }
 
