@@ -27,7 +27,7 @@ enum State {
 /// A module of the string. Brackets and turtle commands leave no trace in what is compared.
 #[derive(Clone, Debug)]
 enum Module {
-    R,
+    R(i64),
     B(i64, Road),
     Query(Road, State),
 }
@@ -71,82 +71,120 @@ impl Rewriter<'_> {
     fn successors(goals: Vec<(Branch, i64, Road)>) -> Vec<Module> {
         let (on, branches): (Vec<_>, Vec<_>) = goals.into_iter().partition(|(branch, ..)| branch.goes_on());
         let branches = branches.into_iter().map(|(_, delay, road)| B(delay, road));
-        branches.chain(on.into_iter().flat_map(|(.., road)| [R, Query(road, State::Unassigned)])).collect()
+        let on = on.into_iter().flat_map(|(_, delay, road)| [R(delay), Query(road, State::Unassigned)]);
+        branches.chain(on).collect()
     }
 
     /// One parallel derivation step: every module is rewritten by the first production that matches the old string.
     fn step(&mut self, string: &[Module], step: u32) -> Vec<Module> {
         let mut next = Vec::new();
         for (i, module) in string.iter().enumerate() {
-            match (module, string.get(i + 1)) {
-                (R, Some(Query(road, State::Succeed))) => {
+            let before = i.checked_sub(1).and_then(|before| string.get(before));
+            match (before, module, string.get(i + 1)) {
+                (_, R(..=-1), _) => {} // p1
+                (_, R(0), Some(Query(road, State::Succeed))) => {
                     let end = Point::from_metres(road.from + road.heading.unit() * road.length).metres();
                     let goals = self.goals(road.id, end, road.heading, road.age, false);
                     next.extend(Self::successors(goals)); // p2
                 }
-                // p3 and p7 never match on open ground, nor do p1 and p6 where absent slots make no module.
-                (R, _) => next.push(R),
-                (B(delay, road), _) if *delay > 0 => next.push(B(delay - 1, road.clone())), // p4
-                (B(0, road), _) => next.extend([R, Query(road.clone(), State::Unassigned)]), // p5
-                (B(..), _) => {}                                                            // p6
-                (Query(road, State::Unassigned), _) => {
+                // The delay of a tip runs down as that of a branch does, and its query waits for it.
+                (_, R(delay @ 1..), _) => next.push(R(delay - 1)),
+                // p3 never matches on open ground.
+                (_, R(0), _) => next.push(R(0)),
+                (_, B(delay @ 1.., road), _) => next.push(B(delay - 1, road.clone())), // p4
+                (_, B(0, road), _) => next.extend([R(0), Query(road.clone(), State::Unassigned)]), // p5
+                (_, B(..), _) => {}                                                    // p6
+                (Some(R(..=-1)), Query(..), _) => {}                                   // p7
+                (Some(R(1..)), Query(road, State::Unassigned), _) => next.push(Query(road.clone(), State::Unassigned)),
+                (_, Query(road, State::Unassigned), _) => {
                     let end = Point::from_metres(road.from + road.heading.unit() * road.length);
                     self.accepted.insert((step, road.id, end));
                     next.push(Query(road.clone(), State::Succeed)); // p8, on open ground
                 }
-                (Query(..), _) => {} // p9
+                (_, Query(..), _) => {} // p9
             }
         }
         next
     }
 }
 
+/// What is drawn for one slot of a rule: how often it is filled, and the delays it may have.
+#[derive(Clone, Copy, Debug)]
+struct Habit {
+    chance: f64,
+    delays: (i32, i32),
+}
+
+/// A small set of rules: habits of the three slots, by turns for tips of even and odd depth.
+type RuleSet = [[Habit; 3]; 2];
+
 /// A tree that never meets itself: each piece is a quarter as long as the one before, which the lowest bit set in a
-/// place tells. Which slots are filled, and their delays, are drawn by lineage.
-fn tree(depth: u32) -> Rule<impl Fn(&mut Tip) + Send + Sync + 'static> {
+/// place tells. Which slots are filled, and their delays, are drawn by lineage; below 0 they delete the slot.
+fn tree(depth: u32, set: RuleSet) -> Rule<impl Fn(&mut Tip) + Send + Sync + 'static> {
     Rule(move |tip: &mut Tip| {
         let age = if tip.is_seed { 0 } else { 1 + (22 - (tip.at.x | tip.at.y).trailing_zeros()) / 2 };
         if age > depth {
             return;
         }
         let draw = |slot: u64| {
-            let delay = (tip.seed.unit(slot) * 7.0) as i32;
+            let Habit { chance, delays: (low, high) } = set[age as usize % 2][slot as usize];
+            let delay = low + (tip.seed.unit(slot) * f64::from(high - low + 1)) as i32;
             let drawn = Slot { length: 4096.0 / f64::from(1 << (2 * age)), turn: Angle::ZERO, delay, width: None };
-            (tip.is_seed || tip.seed.unit(10 + slot) < 0.8).then_some(drawn)
+            (tip.seed.unit(10 + slot) < chance).then_some(drawn)
         };
-        let slots = [draw(0).map(|ahead| Slot { delay: 0, ..ahead }), draw(1), draw(2)];
-        [tip.slots.ahead, tip.slots.left, tip.slots.right] = slots;
+        [tip.slots.ahead, tip.slots.left, tip.slots.right] = [0, 1, 2].map(draw);
     })
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
-    #[test]
-    fn queue_equals_literal_rewriting(chance in any::<u64>(), depth in 1u32..5, steps in 4u32..30) {
-        let rules = tree(depth);
-        let fields = shared(site(20_000.0));
-        let mut settings = minors();
-        (settings.limits.steps, settings.seed) = (steps, Seed(chance));
-        let standard = Constraints { longest: 1e5, ..Constraints::default() };
-        // Open ground: nothing but the separation of the graph is asked for.
-        settings.constraints = Constraints { snap: 0.1, extend: 1.0, duplicate: 0.1, ..standard }.into();
-        let seed = settings.seed_point(at(0.0, 0.0), Angle::ZERO, 0);
-        let mut graph = StreetGraph::new(Classes::default());
-        let log = grow(&mut graph, &settings, &rules, &fields, &[seed], &never);
-        prop_assert_eq!(log.refusals.total(), 0, "the oracle needs open ground");
-        let queued: BTreeSet<_> = log.accepted.iter().map(|a| (a.lineage.time, a.lineage.id, a.end())).collect();
+fn habit() -> impl Strategy<Value = Habit> {
+    (0.2..1.0, -2..1, 0..8).prop_map(|(chance, low, more)| Habit { chance, delays: (low, low + more) })
+}
 
-        let mut tip = Tip::new(settings.class, settings.seed, fields.clone());
-        (tip.at, tip.heading) = (seed.at, seed.heading);
-        let mut rewriter = Rewriter { tip, rules: &rules, settings_seed: settings.seed, accepted: BTreeSet::new() };
-        let goals = rewriter.goals(seed.root, seed.at.metres(), seed.heading, 0, true);
-        let mut string = Rewriter::successors(goals);
-        for step in 1..=steps {
-            string = rewriter.step(&string, step);
-        }
-        prop_assert!(rewriter.accepted.len() > 2);
-        prop_assert_eq!(queued, rewriter.accepted);
+/// Times, lineages and ends of what the queue accepts, and of what the string does.
+type Derived = BTreeSet<(u32, Id, Point)>;
+
+fn derived(rules: &dyn GrowthRules, steps: u32, chance: u64) -> (Derived, Derived, usize) {
+    let fields = shared(site(20_000.0));
+    let mut settings = minors();
+    (settings.limits.steps, settings.seed) = (steps, Seed(chance));
+    let standard = Constraints { longest: 1e5, ..Constraints::default() };
+    // Open ground: nothing but the separation of the graph is asked for.
+    settings.constraints = Constraints { snap: 0.1, extend: 1.0, duplicate: 0.1, ..standard }.into();
+    let seed = settings.seed_point(at(0.0, 0.0), Angle::ZERO, 0);
+    let mut graph = StreetGraph::new(Classes::default());
+    let log = grow(&mut graph, &settings, rules, &fields, &[seed], &never);
+    let queued = log.accepted.iter().map(|a| (a.lineage.time, a.lineage.id, a.end())).collect();
+
+    let mut tip = Tip::new(settings.class, settings.seed, fields);
+    (tip.at, tip.heading) = (seed.at, seed.heading);
+    let mut rewriter = Rewriter { tip, rules, settings_seed: settings.seed, accepted: BTreeSet::new() };
+    let goals = rewriter.goals(seed.root, seed.at.metres(), seed.heading, 0, true);
+    let mut string = Rewriter::successors(goals);
+    for step in 1..=steps {
+        string = rewriter.step(&string, step);
     }
+    (queued, rewriter.accepted, log.refusals.total())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #[test]
+    fn queue_equals_literal_rewriting(
+        chance in any::<u64>(), depth in 1u32..5, steps in 4u32..40,
+        habits in prop::collection::vec(habit(), 6),
+    ) {
+        let set = [[habits[0], habits[1], habits[2]], [habits[3], habits[4], habits[5]]];
+        let (queued, rewritten, refused) = derived(&tree(depth, set), steps, chance);
+        prop_assert_eq!(refused, 0, "the oracle needs open ground");
+        prop_assert_eq!(queued, rewritten);
+    }
+}
+
+#[test]
+fn the_oracle_is_asked_for_more_than_nothing() {
+    let all = Habit { chance: 1.0, delays: (-1, 5) };
+    let sizes = (0..20).map(|chance| derived(&tree(4, [[all; 3]; 2]), 60, chance).1.len());
+    assert!(sizes.sum::<usize>() > 500);
 }
 
 #[test]
