@@ -127,8 +127,8 @@ fn strips(ring: &[Point], distance: impl Fn(usize) -> i32) -> Vec<Polygon> {
         let corner =
             (turns_away && here > 0 && there > 0).then(|| wedge(from, to, edges[next].1, here, there)).flatten();
         let along = strip(from, to, Reach { left: here, ..Reach::default() }).filter(|_| here > 0);
-        // Round a blunt corner the greater distance reaches on, past the strip that ends there.
-        let beyond = here != there && geom::predicates::dot(to, from, edges[next].1) < 0;
+        // Round a corner that is blunt or turns away the greater distance reaches on, past the strip that ends there.
+        let beyond = here != there && (turns_away || geom::predicates::dot(to, from, edges[next].1) < 0);
         strips.extend(along.map(|ring| Polygon::new(ring.into(), Vec::new())));
         strips.extend(corner.map(|ring| Polygon::new(ring, Vec::new())));
         strips.extend(beyond.then(|| square(to, here.max(there))));

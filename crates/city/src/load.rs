@@ -189,7 +189,8 @@ impl Loaded {
         let imports =
             files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
         let plan = self.settled(&site)?;
-        let sources = Sources { name: self.name.clone(), plan, site: Arc::new(site), imports, warnings };
+        let name = plan.name.clone().unwrap_or_else(|| self.name.clone());
+        let sources = Sources { name, plan, site: Arc::new(site), imports, warnings };
         self.check_size(&sources)?;
         Ok(sources)
     }
@@ -242,7 +243,9 @@ impl Loaded {
         let plan = &self.plan;
         let folder = self.folder.join(folder);
         let weights = plan.weight_maps();
-        let named = plan.within.iter().chain(&plan.barred).chain(weights).map(|map| map.name.clone());
+        let stages = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
+        let within = stages.filter_map(|streets| streets.within.as_ref());
+        let named = plan.within.iter().chain(within).chain(&plan.barred).chain(weights).map(|map| map.name.clone());
         let in_goals = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
         let goals = in_goals.filter_map(|streets| Some(streets.goal().ok()??.map.name));
         let in_chains = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();

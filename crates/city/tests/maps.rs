@@ -33,6 +33,10 @@ fn after_the_last_step_the_city_is_as_it_is() {
         assert!(last > 20, "{name} grows for {last} steps");
         assert_eq!(trace.after(last).digest(), city.graph.digest(), "{name}");
         assert_eq!(trace.after(u32::MAX).digest(), city.graph.digest(), "{name}");
+        if name == "manhattan" {
+            // It takes dead ends back once all has grown.
+            continue;
+        }
         // One step before, what is laid from the log differs from that by the last step alone.
         let (start, minors) = trace.stages().last().expect("a stage");
         let of_last = |time: u32| start + time == last;
@@ -47,14 +51,15 @@ fn after_the_last_step_the_city_is_as_it_is() {
 fn a_step_shows_what_was_accepted_by_then() {
     let trace = traced("manhattan").trace.expect("asked for");
     let stages: Vec<_> = trace.stages().collect();
-    assert_eq!(stages.iter().map(|(_, stage)| stage.name).collect::<Vec<_>>(), ["majors", "minors"]);
-    let (minors_start, _) = stages[1];
-    let majors = || stages[0].1.logs().into_iter().flat_map(|log| &log.accepted);
-    for step in [0, 1, minors_start / 3, minors_start] {
+    assert_eq!(stages.iter().map(|(_, stage)| stage.name).collect::<Vec<_>>(), ["highways", "majors", "minors"]);
+    // What a finished stage takes back or smooths is not to be seen before its end.
+    let (first_end, _) = stages[1];
+    let first = || stages[0].1.logs().into_iter().flat_map(|log| &log.accepted);
+    for step in [0, 1, first_end / 3, first_end - 1] {
         let graph = trace.after(step);
-        let laid: f64 = majors().filter(|a| a.lineage.time <= step).map(|a| a.start().distance(a.end())).sum();
+        let laid: f64 = first().filter(|a| a.lineage.time <= step).map(|a| a.start().distance(a.end())).sum();
         assert!((graph.total_length() - laid).abs() < 1.0, "{step}: {} m, not {laid} m", graph.total_length());
-        let streets = |time: u32| majors().filter(move |a| a.lineage.time <= time).map(|a| a.lineage.street);
+        let streets = |time: u32| first().filter(move |a| a.lineage.time <= time).map(|a| a.lineage.street);
         let mut wanted: Vec<_> = streets(step).collect();
         wanted.sort_unstable();
         wanted.dedup();

@@ -87,7 +87,8 @@ fn id(properties: &Value) -> &str {
 }
 
 fn facts(answer: &Value) -> String {
-    let fact = |fact: &Value| format!("{}: {}\n", fact["about"].as_str().unwrap(), fact["text"].as_str().unwrap());
+    let word = |fact: &Value, key: &str| fact[key].as_str().expect("a text").to_owned();
+    let fact = |fact: &Value| format!("{}: {}\n", word(fact, "about"), word(fact, "text"));
     answer["facts"].as_array().expect("facts").iter().map(fact).collect()
 }
 

@@ -169,6 +169,8 @@ pub struct StreetPlan {
     pub width: Option<Value>,
     /// The same where it differs by place, once it is read from a site: each piece of street takes that of its start.
     pub widths: Option<Field>,
+    /// A mask outside of which streets of this class do not grow, besides the city's own.
+    pub within: Option<MapRef>,
     /// Where growth starts, in metres; the kernel's own choice when empty.
     pub seeds: Vec<Vec2>,
     /// Further seeds are planted farther than this from every street, in metres; the stage's own distance when none.
@@ -240,6 +242,8 @@ pub struct QuarterPlan {
 /// What a city script asks for.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// What maps call the city; its folder's name when none.
+    pub name: Option<String>,
     /// The place.
     pub site: SitePlan,
     /// A mask outside of which nothing grows.

@@ -74,10 +74,12 @@ pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, 
     let given = network.graph.streets();
     for (class, plan) in [(Classes::HIGHWAY, &plan.highways), (Classes::MAJOR, &plan.majors)] {
         let Some(plan) = plan else { continue };
+        let fields = within(context, plan, &fields);
         grow_arterials(context, &mut network, (class, plan), &fields, report)?;
         finish(&mut network, class, plan, &fields, &given);
     }
     if let Some(minors) = &plan.minors {
+        let fields = within(context, minors, &fields);
         grow_minors(context, &mut network, minors, &fields, report)?;
         finish(&mut network, Classes::MINOR, minors, &fields, &given);
     }
@@ -105,6 +107,18 @@ fn fields(context: &Context) -> Fields {
         maps: site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect(),
         districts: site.districts.clone(),
         peaks: Peaks::default(),
+    }
+}
+
+/// What streets of a class can know of the site: the same, but for a mask of their own.
+fn within(context: &Context, plan: &StreetPlan, fields: &Arc<Fields>) -> Arc<Fields> {
+    match plan.within.as_ref().and_then(|within| context.sources.site.map(&within.name)) {
+        Some(mask) => {
+            let mut own = Fields::clone(fields);
+            own.legal.push(mask.clone());
+            Arc::new(own)
+        }
+        None => fields.clone(),
     }
 }
 

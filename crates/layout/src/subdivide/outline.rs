@@ -6,6 +6,9 @@ use geom::polygon::{OrientedBox, convex_hull, min_area_box_of_hull};
 use geom::{Point, Vec2};
 use smallvec::SmallVec;
 
+/// Share of a rectangle's size by which a corner may miss its middle and still stand beside it.
+const BESIDE: f64 = 1e-9;
+
 /// The rim of a face in order. Corner `i` starts edge `i`.
 #[derive(Default)]
 pub(super) struct Outline {
@@ -90,7 +93,8 @@ impl Outline {
     }
 
     /// The smallest rectangle around it, in places. Of equal ones, that on the first side; its axis points so that the
-    /// first corner lies behind the middle: a turned outline has its rectangle turned with it.
+    /// first corner lies behind the middle, or, where that one stands beside it, the way its edge runs: a turned outline
+    /// has its rectangle turned with it.
     pub fn smallest_box(&self) -> OrientedBox {
         let base = self.points[0];
         let offset = |p: &Point| Point::new(p.x.saturating_sub(base.x), p.y.saturating_sub(base.y));
@@ -99,7 +103,10 @@ impl Outline {
         let first = offsets.iter().find_map(|p| hull.iter().position(|corner| corner == p));
         hull.rotate_left(first.unwrap_or(0));
         let mut around = min_area_box_of_hull(&hull);
-        if around.axis.dot(around.centre) < 0.0 {
+        let ahead = around.axis.dot(around.centre);
+        // Beside the middle the sign would be that of the rounding.
+        let is_beside = ahead.abs() <= BESIDE * around.half.x.max(around.half.y);
+        if (if is_beside { around.axis.dot(self.arms(0).1) } else { ahead }) < 0.0 {
             around.axis = -around.axis;
         }
         around

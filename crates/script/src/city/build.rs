@@ -15,6 +15,7 @@ use streets::StreetId;
 
 /// Everything that `city(…)` knows.
 const KEYS: &[&str] = &[
+    "name",
     "site",
     "districts",
     "within",
@@ -40,6 +41,7 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
     let (parcels, district_parcels) = rules("parcels", RuleKind::Parcels)?;
     let (buildings, district_buildings) = rules("buildings", RuleKind::Buildings)?;
     let mut plan = Plan {
+        name: options.text("name")?,
         site: site(&mut options)?,
         within: options.of::<MapRef>("within", "a map, site.map(\"…\")")?,
         barred: maps(&mut options)?,

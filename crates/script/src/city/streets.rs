@@ -143,7 +143,7 @@ fn street_units(file: &str, units: &str) -> Result<StreetUnits, Complaint> {
 
 /// Everything that `streets(…)` knows.
 const STREETS: &[&str] =
-    &["pattern", "goals", "constraints", "width", "seeds", "reseed", "sprout", "smooth", "least_dead_end"];
+    &["pattern", "goals", "constraints", "width", "within", "seeds", "reseed", "sprout", "smooth", "least_dead_end"];
 
 /// How far from every street further seeds may be asked for, metres.
 const RESEED: (f64, f64) = (10.0, 100_000.0);
@@ -159,6 +159,7 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
         constraints: options.take("constraints").map_or(Ok(Vec::new()), constraints)?,
         width: options.take("width").map(|value| width_by_place(&value)).transpose()?,
         widths: None,
+        within: options.of("within", "a map, site.map(\"…\")")?,
         seeds: options
             .list("seeds")?
             .into_iter()

@@ -113,11 +113,16 @@ impl<'a> Judge<'a> {
 
     /// Adjusts a proposal to the streets of a graph and the ground, or refuses it.
     pub fn judge(&mut self, graph: &StreetGraph, proposal: &Proposal) -> Result<Judged, Refused> {
-        if !self.settings.goal.is_met(proposal.target) {
+        let is_wanted = self.settings.goal.is_met(proposal.target);
+        // Nobody lives on water: what leads over it is judged by its far end.
+        if !is_wanted && self.ground.is_legal(proposal.target) {
             return Err(Refused::NoDemand);
         }
         self.gathered = None;
         let line = self.shaped(graph, proposal)?;
+        if !is_wanted && (line.outcome != Outcome::Bridged || !self.settings.goal.is_met(line.to)) {
+            return Err(Refused::NoDemand);
+        }
         let to = self.tested(graph, proposal, &line)?;
         Ok(Judged { to, heading: line.heading, outcome: line.outcome, level: line.level })
     }

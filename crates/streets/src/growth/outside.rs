@@ -49,6 +49,21 @@ impl Enclosed {
     }
 }
 
+/// How far away a street that closes quarters still says how streets outside them run, in metres.
+const NEARBY: f64 = 2000.0;
+
+/// Direction of the nearest street that closes quarters; east where there is none.
+fn heading_nearby(graph: &StreetGraph, at: Point) -> Angle {
+    let closes =
+        |key| graph.segment(key).level == 0 && graph.classes().info(graph.segment(key).class()).closes_quarters;
+    let nearest = graph.nearest_segment_where(at, units(NEARBY), closes);
+    nearest.map_or(Angle::ZERO, |(key, ..)| {
+        let half = if graph.segment(key).leading().forward { key.forward() } else { key.backward() };
+        let (from, to) = graph.line(half);
+        Angle::of(to.metres() - from.metres())
+    })
+}
+
 /// Plants seeds wherever legal land that streets are wanted on lies far from all of them, and lets them grow.
 fn fill(grower: &mut Grower, settings: &QuarterSettings, fields: &Fields, enclosed: &Enclosed) {
     let root = settings.growth.root.with(&[Id::root("outside growth", &[]).0]);
@@ -67,7 +82,9 @@ fn fill(grower: &mut Grower, settings: &QuarterSettings, fields: &Fields, enclos
         if !is_wanted || !is_free(grower.graph, at, reseed.max(clearance)) {
             continue;
         }
-        let seed = SeedPoint { at, heading: Angle::ZERO, root: root.child(ordinal) };
+        let heading = heading_nearby(grower.graph, at);
+        grower.tip.home = Home { at: place, heading };
+        let seed = SeedPoint { at, heading, root: root.child(ordinal) };
         if grower.plant(&seed, &|graph, p| is_free(graph, p, clearance)) {
             ordinal += 1;
             grower.run();

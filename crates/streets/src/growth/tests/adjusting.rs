@@ -1,7 +1,7 @@
 //! Single constraints, each on a proposal of its own.
 
 use super::support::{Rule, assert_planar, at, grid, minors, never, shared, site, slot, street, winding};
-use crate::growth::{Accepted, Constraints, Fields, Growth, GrowthLog, Outcome, Refused, Tip, grow};
+use crate::growth::{Accepted, Constraints, Field, Fields, Goal, Growth, GrowthLog, Outcome, Refused, Tip, grow};
 use crate::{Classes, StreetGraph};
 use geom::{Angle, Point, Raster, Vec2};
 use std::sync::Arc;
@@ -160,10 +160,35 @@ fn bridges_where_it_may() {
 }
 
 #[test]
+fn what_leads_over_water_is_wanted_for_its_far_end() {
+    let river = || land(|x, _| (4.0..44.0).contains(&x));
+    // Nobody lives on the river; on the far side some do, or none.
+    let people = |far: f32| {
+        let values = (0..160_000).map(|i| match i % 400 {
+            0..204 => 100.0,
+            244.. => far,
+            _ => 0.0,
+        });
+        let raster = Raster::new(400, 400, 1.0, Vec2::splat(-200.0), values.collect()).unwrap();
+        Goal::of(Field::Map(Arc::new(raster)), 50.0, 0.0)
+    };
+    let mut settings = minors();
+    settings.constraints = Constraints { bridge: 50.0, turn_most: Angle::ZERO, ..Constraints::default() }.into();
+    settings.goal = people(100.0);
+    assert_eq!(only(&eastward(&[], 30.0, river(), &settings).1).1, Outcome::Bridged);
+    settings.goal = people(0.0);
+    assert_eq!(refused(&eastward(&[], 30.0, river(), &settings).1), Refused::NoDemand);
+    // Without a bridge the end in the water is wanted by nobody.
+    settings.goal = people(100.0);
+    settings.constraints = Constraints { turn_most: Angle::ZERO, ..Constraints::default() }.into();
+    assert!(eastward(&[], 30.0, river(), &settings).1.accepted.is_empty());
+}
+
+#[test]
 fn keeps_off_steep_ground() {
     let values = (0..160_000).map(|i| ((i % 400) as f32 - 200.0).max(0.0) * 0.2).collect();
     let raster = Raster::new(400, 400, 1.0, Vec2::splat(-200.0), values).unwrap();
-    let fields = || Fields { elevation: crate::growth::Field::Map(Arc::new(raster.clone())), ..site(200.0) };
+    let fields = || Fields { elevation: Field::Map(Arc::new(raster.clone())), ..site(200.0) };
     let mut settings = minors();
     settings.constraints = Constraints { max_slope: 0.21, ..Constraints::default() }.into();
     assert_eq!(only(&eastward(&[], 100.0, fields(), &settings).1).1, Outcome::As);

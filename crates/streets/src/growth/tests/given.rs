@@ -4,7 +4,7 @@ use super::support::{Rule, assert_planar, at, grid, minors, never, shared, site,
 use crate::graph::Crowding;
 use crate::growth::{GrowthLog, GrowthRules, Tip, grow_from_streets};
 use crate::{Classes, NodeId, StreetGraph, StreetId};
-use geom::{Angle, Id, Point, predicates};
+use geom::{Angle, Id, Point, predicates, tolerance};
 use proptest::prelude::*;
 
 fn grown(graph: &mut StreetGraph, rules: &dyn GrowthRules) -> GrowthLog {
@@ -23,7 +23,8 @@ fn lines(graph: &StreetGraph, street: StreetId) -> Vec<(NodeId, NodeId)> {
     graph.segments_of(street).into_iter().map(along).collect()
 }
 
-/// Whether the street still runs from one node to the other, straight to within the rounding of its crossings.
+/// Whether the street still runs from one node to the other, straight to within the separation: where two given streets
+/// nearly coincide, a crossing on one of them is a crossing of both.
 fn still_runs(graph: &StreetGraph, street: StreetId, from: NodeId, to: NodeId) -> bool {
     let (Some(from), Some(to)) = (graph.find_node(from), graph.find_node(to)) else { return false };
     let (a, b) = (graph.at(from), graph.at(to));
@@ -31,7 +32,7 @@ fn still_runs(graph: &StreetGraph, street: StreetId, from: NodeId, to: NodeId) -
     let mut here = graph.node(from).id;
     for _ in 0..now.len() {
         let at = graph.at(graph.find_node(here).expect("live"));
-        if !predicates::within(a, b, at, 3) {
+        if !predicates::within(a, b, at, tolerance::SEPARATION) {
             return false;
         }
         if here == graph.node(to).id {
@@ -39,7 +40,7 @@ fn still_runs(graph: &StreetGraph, street: StreetId, from: NodeId, to: NodeId) -
         }
         let next = now.iter().filter(|line| line.0 == here).find(|line| {
             let to = graph.at(graph.find_node(line.1).expect("live"));
-            predicates::within(a, b, to, 3)
+            predicates::within(a, b, to, tolerance::SEPARATION)
         });
         let Some(next) = next else { return false };
         here = next.1;
