@@ -1,5 +1,8 @@
 //! `plat stats`: the figures agree with those of an independent script, kept in `stats/expected.txt`.
 
+mod common;
+
+use common::check;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,15 +19,6 @@ fn plat(arguments: &[&str]) -> Output {
 
 fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object")
-}
-
-fn check(output: &Output, status: i32, words: &[&str]) {
-    let told = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(status), "{told}");
-    for word in words {
-        assert!(told.contains(word), "`{word}` is missing from: {told}");
-    }
-    assert!(!told.contains("panicked"), "{told}");
 }
 
 fn agree(ours: &Value, theirs: &Value) -> bool {

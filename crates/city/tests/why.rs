@@ -1,5 +1,8 @@
 //! `plat why`: the rule, the values, the lineage and the refusals behind what is in a layout.
 
+mod common;
+
+use common::check;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -71,15 +74,6 @@ impl Place {
 fn why(layout: &Path, id: &str, more: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plat"));
     command.arg("why").arg(layout).arg(id).args(more).output().expect("plat runs")
-}
-
-fn check(output: &Output, status: i32, words: &[&str]) {
-    let told = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(status), "{told}");
-    for word in words {
-        assert!(told.contains(word), "`{word}` is missing from: {told}");
-    }
-    assert!(!told.contains("panicked"), "{told}");
 }
 
 fn id(properties: &Value) -> &str {

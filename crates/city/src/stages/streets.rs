@@ -10,7 +10,7 @@ use crate::sources::{ImportOptions, lay_streets};
 use crate::trace::{Grown, Trace};
 use crate::{BuildError, Stage};
 use geom::point::units;
-use geom::{Angle, Id, Point, Seed, Vec2};
+use geom::{Angle, Id, Point, Seed};
 use rayon::prelude::*;
 use script::{DensityGoal, GivenLine, StreetPlan, Value};
 use std::collections::BTreeMap;
@@ -40,9 +40,6 @@ fn defaults(class: Class) -> ClassDefaults {
         _ => ClassDefaults { stage: Stage::Minors, width: 16.0, reseed: 120.0 },
     }
 }
-
-/// Metres between the places at which a smoothed street is held against the maps.
-const SMOOTH_STEP: f64 = 5.0;
 
 /// The finished street network.
 pub(crate) struct Network {
@@ -75,13 +72,13 @@ pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, 
     for (class, plan) in [(Classes::HIGHWAY, &plan.highways), (Classes::MAJOR, &plan.majors)] {
         let Some(plan) = plan else { continue };
         let fields = within(context, plan, &fields);
-        grow_arterials(context, &mut network, (class, plan), &fields, report)?;
-        finish(&mut network, class, plan, &fields, &given);
+        let growth = grow_arterials(context, &mut network, (class, plan), &fields, report)?;
+        finish(&mut network, &growth, plan, &fields, &given);
     }
     if let Some(minors) = &plan.minors {
         let fields = within(context, minors, &fields);
-        grow_minors(context, &mut network, minors, &fields, report)?;
-        finish(&mut network, Classes::MINOR, minors, &fields, &given);
+        let growth = grow_minors(context, &mut network, minors, &fields, report)?;
+        finish(&mut network, &growth, minors, &fields, &given);
     }
     for &street in &plan.removed {
         if !network.graph.remove_street(street) {
@@ -149,16 +146,11 @@ fn import(context: &Context, network: &mut Network, report: &mut Report) -> Resu
     Ok(())
 }
 
-/// Full right-of-way in metres of a street drawn in the script that says nothing.
-fn given_width(class: Class) -> f64 {
-    defaults(class.max(Classes::MAJOR)).width
-}
-
 /// Lays a street drawn in the script, point by point.
 fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &mut Report) {
     let id = Id::root("given street", &[ordinal as u128]);
     let street = StreetId(id);
-    let width = line.width.unwrap_or(given_width(line.class));
+    let width = line.width.unwrap_or(defaults(line.class).width);
     let origin = network.origins.of("given");
     let claim = Claim { street, class: line.class, half_width: units(width / 2.0), origin, forward: true };
     for (i, pair) in line.points.windows(2).enumerate() {
@@ -217,7 +209,7 @@ fn grow_arterials(
     (class, plan): (Class, &StreetPlan),
     fields: &Arc<Fields>,
     report: &mut Report,
-) -> Result<(), BuildError> {
+) -> Result<Growth, BuildError> {
     let ClassDefaults { stage, reseed, .. } = defaults(class);
     context.progress.begin(stage, 0);
     let seed = Seed(context.sources.plan.seed).purpose(stage.name());
@@ -245,11 +237,12 @@ fn grow_arterials(
     let outcome =
         format!("{} segments, {:.1} km", network.graph.segment_count(), network.graph.total_length() / 1000.0);
     context.progress.end(stage, &outcome);
-    Ok(())
+    Ok(growth)
 }
 
 /// What is done to the streets of a class once all have grown. `given` streets stay as drawn.
-fn finish(network: &mut Network, class: Class, plan: &StreetPlan, fields: &Fields, given: &[StreetId]) {
+fn finish(network: &mut Network, growth: &Growth, plan: &StreetPlan, fields: &Fields, given: &[StreetId]) {
+    let class = growth.class;
     let graph = &mut network.graph;
     let is_given = |graph: &StreetGraph, run: &Run| {
         let claims = run.nodes.windows(2).filter_map(|pair| graph.segment_between(pair[0], pair[1], run.level));
@@ -260,11 +253,7 @@ fn finish(network: &mut Network, class: Class, plan: &StreetPlan, fields: &Field
         prune_dead_ends(graph, class, plan.least_dead_end, &is_given);
     }
     if plan.smooth.unwrap_or(class == Classes::HIGHWAY) {
-        let is_fit = |from: Vec2, to: Vec2| {
-            let steps = ((to - from).length() / SMOOTH_STEP).ceil().max(1.0) as u32;
-            (0..=steps).all(|i| fields.is_legal(from.lerp(to, f64::from(i) / f64::from(steps))))
-        };
-        smooth(graph, class, &Smoothing::default(), &|graph, run| !is_given(graph, run), &is_fit);
+        smooth(graph, growth, fields, &Smoothing::default(), &|graph, run| !is_given(graph, run));
     }
     if let Some(trace) = &mut network.trace {
         trace.finish(&network.graph);
@@ -278,7 +267,7 @@ fn grow_minors(
     plan: &StreetPlan,
     fields: &Arc<Fields>,
     report: &mut Report,
-) -> Result<(), BuildError> {
+) -> Result<Growth, BuildError> {
     let quarters = Faces::of(&network.graph, FaceKind::Quarter);
     context.progress.begin(Stage::Minors, quarters.faces.len() as u64 + 1);
     let outside = Quarter::new(context, network, plan, None)?;
@@ -314,7 +303,7 @@ fn grow_minors(
     context.progress.end(Stage::Minors, &outcome);
     let constraints = outside.settings.growth.constraints.clone();
     network.traced(Stage::Minors.name(), Grown::InQuarters { growths: grown, constraints, merge });
-    Ok(())
+    Ok(outside.settings.growth)
 }
 
 /// How one quarter is filled: the plan, with what differs there.

@@ -4,7 +4,7 @@
 use super::chain::{Bridge, Chain, Step};
 use super::ground::Ground;
 use super::lineage::Proposal;
-use super::near::{Met, Near};
+use super::near::{Met, Near, are_apart};
 use super::{Draft, Fields, Growth, Legal, Outcome, Own, Refused, Slope};
 use crate::StreetGraph;
 use geom::point::units;
@@ -81,6 +81,7 @@ pub(super) struct Judge<'a> {
     least: i32,
     duplicate: i32,
     extend: Option<super::Extend>,
+    arms: usize,
     has_crossing: bool,
     has_length: bool,
     /// Why a rule of its own refused the last proposal.
@@ -105,10 +106,18 @@ impl<'a> Judge<'a> {
             least: units(chain.length().least).max(tolerance::LAYING + 1),
             duplicate: metres(|step| if let Step::Duplicate(duplicate) = step { Some(duplicate.within) } else { None }),
             extend: chain.find(|step| if let Step::Extend(extend) = step { Some(*extend) } else { None }),
+            arms: chain
+                .find(|step| if let Step::Arms(most) = step { Some(*most as usize) } else { None })
+                .unwrap_or(usize::MAX),
             has_crossing: chain.steps().contains(&Step::Crossing),
             has_length: chain.find(|step| matches!(step, Step::Length(_)).then_some(())).is_some(),
             why: None,
         }
+    }
+
+    /// The most streets that a crossing may have.
+    pub fn most_arms(&self) -> usize {
+        self.arms
     }
 
     /// Adjusts a proposal to the streets of a graph and the ground, or refuses it.
@@ -422,18 +431,20 @@ impl<'a> Judge<'a> {
 
     /// What holds for every street laid, whatever was adjusted. The end, on a street that it would touch otherwise.
     fn tested(&mut self, graph: &StreetGraph, proposal: &Proposal, line: &Line) -> Result<Point, Refused> {
-        let mut to = line.point()?;
+        let (mut line, mut to) = (*line, line.point()?);
         if line.level != 0 {
             self.is_free_to_land(graph, proposal, to, line.level)?;
         } else {
             self.gather(graph, proposal, to)?;
-            to = self.touching(proposal.from, to);
+            let end = self.touching(proposal.from, to);
+            line.is_met |= end != to;
+            to = end;
         }
         if !self.has_length {
             self.check_length(proposal.from, to)?;
         }
         for step in self.chain.steps() {
-            self.check(step, proposal, line, to)?;
+            self.check(step, proposal, &line, to)?;
         }
         if self.ground.is_in_site(to.metres()) { Ok(to) } else { Err(Refused::Illegal) }
     }
@@ -446,15 +457,28 @@ impl<'a> Judge<'a> {
         to: Point,
         level: i8,
     ) -> Result<(), Refused> {
+        // A tip may have come to lie a sample's width off the legal area: no bridge begins there.
+        if !self.ground.is_legal(proposal.from.metres()) || !self.ground.is_legal(to.metres()) {
+            return Err(Refused::Illegal);
+        }
         let apart = self.snap.max(tolerance::LAYING);
         self.near.gather(graph, Bounds::between(proposal.from, to).grown(apart));
         if self.near.has_street_within(to, apart) {
             return Err(Refused::Crowded);
         }
-        if graph.first_crossing(proposal.from, to, level).is_some() {
-            return Err(Refused::Duplicate);
-        }
-        Ok(())
+        if self.meets_level(graph, proposal.from, to, level) { Err(Refused::Duplicate) } else { Ok(()) }
+    }
+
+    /// Whether a line would touch one of its level other than at its start: it would be given a crossing in the air, or
+    /// in the hill.
+    fn meets_level(&self, graph: &StreetGraph, from: Point, to: Point, level: i8) -> bool {
+        let mut meets = false;
+        graph.for_segments_near(Bounds::between(from, to).grown(tolerance::LAYING), |key| {
+            let (a, b) = graph.line(key.forward());
+            let goes_on = a == from || b == from;
+            meets |= graph.segment(key).level == level && !goes_on && !are_apart((from, to), (a, b));
+        });
+        meets
     }
 
     /// The end that the insertion would give a line: on whatever lies closer than the laying distance.

@@ -10,7 +10,7 @@ use super::{
     Slots, Steer, Stopped, Tip,
 };
 use crate::StreetGraph;
-use crate::graph::{Claim, Crowding, NewSegment, NodeKey};
+use crate::graph::{Claim, Crowding, Insertion, NewSegment, NodeKey};
 use geom::{Angle, Id, Point};
 use std::sync::Arc;
 
@@ -172,7 +172,7 @@ impl<'a> Grower<'a> {
     /// Inserts an accepted proposal. The end to go on from, unless the street ends there.
     fn lay(&mut self, proposal: &Proposal, judged: &Judged) -> Result<Option<Origin>, Refused> {
         let line = self.line(proposal, judged);
-        let insertion = self.graph.insert(&line, Crowding::Refuse)?;
+        let insertion = self.insert(&line)?;
         let ends = (insertion.path.first(), insertion.path.last());
         let (Some(&first), Some(&last)) = ends else { return Err(Refused::TooShort) };
         let end = if proposal.is_reversed { first } else { last };
@@ -194,6 +194,20 @@ impl<'a> Grower<'a> {
             is_reversed: proposal.is_reversed,
             fired: proposal.lineage.time.saturating_add(1),
         }))
+    }
+
+    /// Inserts a line, unless a crossing on it then has more streets than it may: insertion can lead several together.
+    fn insert(&mut self, line: &NewSegment) -> Result<Insertion, Refused> {
+        let most = self.judge.most_arms();
+        let mut refused = Refused::Full;
+        let inserted = self.graph.attempt(|graph| match graph.insert(line, Crowding::Refuse) {
+            Ok(insertion) => insertion.path.iter().all(|&node| graph.degree(node) <= most).then_some(insertion),
+            Err(refusal) => {
+                refused = refusal.into();
+                None
+            }
+        });
+        inserted.ok_or(refused)
     }
 
     fn line(&self, proposal: &Proposal, judged: &Judged) -> NewSegment {

@@ -34,8 +34,8 @@ struct Line {
 /// Where a line first meets the streets around.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Met {
-    /// Share of the line up to there.
-    pub share: f64,
+    /// Its distance from the start, squared.
+    away: i64,
     /// The place, rounded.
     pub at: Point,
     /// Whether it is a crossing that is there already, rather than a street between two.
@@ -70,9 +70,10 @@ impl Near {
     /// there the crossing. Streets that `from` lies on, and crossings closer than `least` to it, are passed over.
     pub fn first_met(&self, from: Point, to: Point, snap: i32, least: i32) -> Option<Met> {
         let mut best: Option<Met> = None;
-        let mut offer = |share: f64, at: Point, is_node: bool| {
-            if best.is_none_or(|met| (share, at) < (met.share, met.at)) {
-                best = Some(Met { share, at, is_node });
+        let mut offer = |at: Point, is_node: bool| {
+            let away = from.distance_squared(at);
+            if best.is_none_or(|met| (away, at) < (met.away, met.at)) {
+                best = Some(Met { away, at, is_node });
             }
         };
         let length_squared = from.distance_squared(to) as f64;
@@ -83,7 +84,7 @@ impl Near {
             for (end, side) in [a, b].into_iter().zip(sides) {
                 let share = predicates::dot(from, to, end) as f64 / length_squared;
                 if (side as f64).abs() < reach && share >= least_share && share <= 1.0 {
-                    offer(share, end, true);
+                    offer(end, true);
                 }
             }
             if !is_on_ground
@@ -102,7 +103,7 @@ impl Near {
             if share > touch_share
                 && let Some(at) = predicates::cut(from, to, a, b)
             {
-                offer(share, at, false);
+                offer(at, false);
             }
         }
         best
@@ -222,6 +223,13 @@ fn is_passed(from: Point, to: Point, end: Point) -> bool {
 fn is_within(direction: (i64, i64), other: (i64, i64), cosine: f64) -> bool {
     let dot = (direction.0 * other.0 + direction.1 * other.1) as f64;
     dot > cosine * (norm_squared(direction) * norm_squared(other)).sqrt()
+}
+
+/// Whether two lines keep the laying distance from each other, so that neither is led through an end of the other.
+pub(super) fn are_apart((a, b): (Point, Point), (c, d): (Point, Point)) -> bool {
+    let is_near = |p, x, y| predicates::within(x, y, p, tolerance::LAYING);
+    let is_near_end = is_near(c, a, b) || is_near(d, a, b) || is_near(a, c, d) || is_near(b, c, d);
+    !is_near_end && !predicates::meets(a, b, c, d)
 }
 
 fn norm_squared(v: (i64, i64)) -> f64 {

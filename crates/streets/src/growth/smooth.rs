@@ -1,8 +1,11 @@
 //! Smoothing of curved streets by corner cutting (PM01 §3.3.1): growth lays straight segments only.
 
+use super::ground::Ground;
+use super::near::are_apart;
+use super::{Fields, Growth};
 use crate::graph::{Claim, Crowding, NewSegment};
 use crate::runs::{Run, runs};
-use crate::{Class, NodeId, NodeKey, StreetGraph};
+use crate::{NodeId, NodeKey, StreetGraph};
 use geom::{Angle, Bounds, Point, Vec2, predicates, tolerance};
 
 /// How streets are smoothed.
@@ -33,22 +36,23 @@ pub struct Smoothed {
 }
 
 /// Smooths the streets of a class between their crossings that `admit` admits, in the order of their ids. Crossings and ends stay where
-/// they are; a curve stays inside the corners that it cuts. A run stays as it is where `is_fit` refuses a piece of its
-/// curve or the curve would come to lie on anything.
+/// they are; a curve stays inside the corners that it cuts. A run stays as it is where the ground that the growth keeps to
+/// (legal area, masks, slope) does not carry its curve, or the curve would come to lie on anything.
 pub fn smooth(
     graph: &mut StreetGraph,
-    class: Class,
+    growth: &Growth,
+    fields: &Fields,
     smoothing: &Smoothing,
     admit: &dyn Fn(&StreetGraph, &Run) -> bool,
-    is_fit: &dyn Fn(Vec2, Vec2) -> bool,
 ) -> Smoothed {
     let mut result = Smoothed::default();
-    for run in runs(graph).into_iter().filter(|run| run.class == class && run.level == 0) {
+    let ground = Ground::new(fields, &growth.constraints);
+    for run in runs(graph).into_iter().filter(|run| run.class == growth.class && run.level == 0) {
         if !admit(graph, &run) {
             continue;
         }
         let Some(curve) = Curve::through(graph, &run.nodes, smoothing) else { continue };
-        if curve.has_room(graph) && curve.is_fit(is_fit) && curve.lay(graph) {
+        if curve.has_room(graph) && curve.is_fit(&ground) && curve.lay(graph) {
             result.runs += 1;
         } else {
             result.kept += 1;
@@ -97,8 +101,8 @@ impl Curve {
         self.points.windows(2).map(|pair| [pair[0], pair[1]])
     }
 
-    fn is_fit(&self, is_fit: &dyn Fn(Vec2, Vec2) -> bool) -> bool {
-        self.pieces().all(|[(a, _), (b, _)]| is_fit(a.metres(), b.metres()))
+    fn is_fit(&self, ground: &Ground) -> bool {
+        self.pieces().all(|[(a, _), (b, _)]| ground.is_fit(a.metres(), b.metres()))
     }
 
     /// Whether the curve meets nothing but the run itself and what ends at its own ends.
@@ -115,7 +119,7 @@ impl Curve {
                 && graph.segments_near(around).into_iter().all(|key| {
                     let (c, d) = graph.line(key.forward());
                     let shares_end = [a, b].iter().any(|p| (*p == first || *p == last) && (*p == c || *p == d));
-                    own(key) || if shares_end { !overlaps(a, b, c, d) } else { is_clear(a, b, c, d) }
+                    own(key) || if shares_end { !overlaps(a, b, c, d) } else { are_apart((a, b), (c, d)) }
                 })
         })
     }
@@ -167,15 +171,6 @@ fn is_along(nodes: &[NodeKey], ends: [NodeKey; 2]) -> bool {
 fn overlaps(a: Point, b: Point, c: Point, d: Point) -> bool {
     let far = |p: Point, x: Point, y: Point| p != x && p != y && predicates::within(x, y, p, tolerance::LAYING);
     far(a, c, d) || far(b, c, d) || far(c, a, b) || far(d, a, b)
-}
-
-fn is_clear(a: Point, b: Point, c: Point, d: Point) -> bool {
-    let reach = tolerance::LAYING;
-    let ends_clear = !predicates::within(a, b, c, reach)
-        && !predicates::within(a, b, d, reach)
-        && !predicates::within(c, d, a, reach)
-        && !predicates::within(c, d, b, reach);
-    ends_clear && !predicates::meets(a, b, c, d)
 }
 
 /// Absolute turn at `b`, in radians.

@@ -29,12 +29,7 @@ const LEAST_PARCEL: f32 = 3.0;
 
 /// Draws all of the ground.
 pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
-    page.part("ground");
-    draw_ground(city, view, page);
-    page.part("heights");
-    draw_heights(city, view, page);
-    page.part("blocks");
-    page.fill(&areas(view, city.blocks.iter().map(|block| &block.polygon)), style::BLOCK);
+    draw_land(city, view, page);
     page.part("parcels");
     draw_parcels(city, view, page);
     page.part("buildings");
@@ -45,14 +40,19 @@ pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
     draw_streets(city, view, page, |level| level > 0);
 }
 
-/// Draws the ground with coloured streets: without parcels and buildings, which would compete with the colours.
-pub fn draw_coloured(city: &City, view: &View, colouring: &Colouring, page: &mut dyn Canvas) {
+/// What lies below everything built.
+fn draw_land(city: &City, view: &View, page: &mut dyn Canvas) {
     page.part("ground");
     draw_ground(city, view, page);
     page.part("heights");
     draw_heights(city, view, page);
     page.part("blocks");
     page.fill(&areas(view, city.blocks.iter().map(|block| &block.polygon)), style::BLOCK);
+}
+
+/// Draws the ground with coloured streets: without parcels and buildings, which would compete with the colours.
+pub fn draw_coloured(city: &City, view: &View, colouring: &Colouring, page: &mut dyn Canvas) {
+    draw_land(city, view, page);
     // No parcels tell which blocks are parks.
     draw_parks(city, view, page);
     page.part("streets");

@@ -1,18 +1,27 @@
 //! Smoothing: curves keep their ends, stay planar and inside the corners they cut.
 
-use super::support::{assert_planar, at, street};
+use super::support::{assert_planar, at, minors, site, street};
 use crate::graph::CheckLevel;
-use crate::growth::{Smoothed, Smoothing, smooth};
+use crate::growth::{Constraints, Field, Fields, Growth, Smoothed, Smoothing, smooth};
 use crate::{Classes, StreetGraph, StreetId};
-use geom::{Angle, Point, Vec2};
+use geom::{Angle, Point, Raster, Vec2};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 fn polyline(graph: &mut StreetGraph, name: u128, points: &[Point]) -> StreetId {
     points.windows(2).map(|pair| street(graph, Classes::HIGHWAY, name, pair[0], pair[1])).last().expect("a piece")
 }
 
 fn smoothed(graph: &mut StreetGraph) -> Smoothed {
-    smooth(graph, Classes::HIGHWAY, &Smoothing::default(), &|_, _| true, &|_, _| true)
+    smoothed_on(graph, &site(3000.0), &highways())
+}
+
+fn highways() -> Growth {
+    Growth { class: Classes::HIGHWAY, ..minors() }
+}
+
+fn smoothed_on(graph: &mut StreetGraph, fields: &Fields, growth: &Growth) -> Smoothed {
+    smooth(graph, growth, fields, &Smoothing::default(), &|_, _| true)
 }
 
 fn sharpest(graph: &StreetGraph, street: StreetId) -> f64 {
@@ -59,13 +68,20 @@ fn corners_crossings_and_other_classes_stay() {
 #[test]
 fn a_curve_that_leaves_its_ground_is_not_laid() {
     let mut graph = StreetGraph::new(Classes::default());
-    polyline(&mut graph, 1, &[at(0.0, 0.0), at(400.0, 0.0), at(750.0, 200.0)]);
+    polyline(&mut graph, 1, &[at(0.0, 5.0), at(400.0, 5.0), at(750.0, 205.0)]);
     let before = graph.digest();
-    let away = |a: Vec2, b: Vec2| a.y.max(b.y) < 20.0;
-    assert_eq!(
-        smooth(&mut graph, Classes::HIGHWAY, &Smoothing::default(), &|_, _| true, &away),
-        Smoothed { runs: 0, kept: 1 }
-    );
+    // A pond in the crook of the bend.
+    let pond = (0..10_000).map(|i| f32::from(!((35..45).contains(&(i % 100)) && (1..4).contains(&(99 - i / 100)))));
+    let land = Raster::new(100, 100, 10.0, Vec2::ZERO, pond.collect()).unwrap();
+    let fields = Fields { legal: vec![Arc::new(land)], ..site(3000.0) };
+    assert_eq!(smoothed_on(&mut graph, &fields, &highways()), Smoothed { runs: 0, kept: 1 });
+    assert_eq!(graph.digest(), before);
+    // Ground that rises beside the street: the curve would climb it.
+    let rise = (0..10_000).map(|i| 0.3 * ((99 - i / 100) as f32 * 10.0).min(30.0)).collect();
+    let hill = Raster::new(100, 100, 10.0, Vec2::ZERO, rise).unwrap();
+    let fields = Fields { elevation: Field::Map(Arc::new(hill)), ..site(3000.0) };
+    let gentle = Growth { constraints: Constraints { max_slope: 0.02, ..Constraints::default() }.into(), ..highways() };
+    assert_eq!(smoothed_on(&mut graph, &fields, &gentle), Smoothed { runs: 0, kept: 1 });
     assert_eq!(graph.digest(), before);
 }
 
