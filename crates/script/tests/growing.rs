@@ -131,11 +131,10 @@ fn grids_keep_their_heading() {
     let exact = grown(&library("streets/grid", &[]), land(3000.0), Vec2::splat(1500.0));
     assert!(exact.order() >= 0.95, "{}", exact.order());
     let values = [("angle_deviation", "3"), ("length_deviation", "15"), ("block_length", "160")];
-    let loose = grown(&library("streets/grid", &values), land(3000.0), Vec2::splat(1500.0));
+    let loose = grown(&library("streets/loose_grid", &values), land(3000.0), Vec2::splat(1500.0));
     assert!((0.6..0.999).contains(&loose.order()), "{}", loose.order());
     // The seed heads 20° north of east, and a growth without quarters is at home there.
-    let own =
-        grown(&library("streets/grid", &[("by_quarter", "true"), ("heading", "5")]), land(2000.0), Vec2::splat(990.0));
+    let own = grown(&library("streets/quarter_grid", &[("heading", "5")]), land(2000.0), Vec2::splat(990.0));
     let off: Vec<f64> =
         own.pieces().iter().map(|(a, b)| between(Angle::of(*b - *a) * 2.0, Angle::degrees(50.0))).collect();
     assert!(median(off) < 0.5);

@@ -29,7 +29,7 @@ pub trait Library: Send + Sync + Debug {
 }
 
 /// The files of the `rules` folder, embedded: name with `.rhai`, text.
-const EMBEDDED: [(&str, &str); 13] = [
+const EMBEDDED: [(&str, &str); 15] = [
     ("buildings/extruded.rhai", include_str!("../../../../rules/buildings/extruded.rhai")),
     ("buildings/zoned.rhai", include_str!("../../../../rules/buildings/zoned.rhai")),
     ("constraints/clear_of_parks.rhai", include_str!("../../../../rules/constraints/clear_of_parks.rhai")),
@@ -41,7 +41,9 @@ const EMBEDDED: [(&str, &str); 13] = [
     ("streets/contour.rhai", include_str!("../../../../rules/streets/contour.rhai")),
     ("streets/grid.rhai", include_str!("../../../../rules/streets/grid.rhai")),
     ("streets/highway.rhai", include_str!("../../../../rules/streets/highway.rhai")),
+    ("streets/loose_grid.rhai", include_str!("../../../../rules/streets/loose_grid.rhai")),
     ("streets/organic.rhai", include_str!("../../../../rules/streets/organic.rhai")),
+    ("streets/quarter_grid.rhai", include_str!("../../../../rules/streets/quarter_grid.rhai")),
     ("streets/radial.rhai", include_str!("../../../../rules/streets/radial.rhai")),
 ];
 
