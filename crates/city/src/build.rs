@@ -102,6 +102,9 @@ fn run_stages(
     let blocks = Faces::of(&graph, FaceKind::Block);
     let mut network_origins = network.origins;
     let land = land::derive(&context, &graph, &blocks, &quarters, until)?;
+    if until > Until::Streets {
+        stages::landmarks::tell(&land.landmarks, &mut report);
+    }
     let buildings = match until {
         Until::Buildings => stages::buildings::derive(&context, &land, &mut network_origins)?,
         _ => Vec::new(),
@@ -114,6 +117,7 @@ fn run_stages(
         runs: ::streets::runs::runs(&graph),
         quarters: quarters.faces.iter().filter_map(quarter_area).collect(),
         districts: sources.site.districts.areas().into_iter().map(district_area).collect(),
+        landmarks: land.landmarks,
         graph,
         origins: network_origins.into_names(),
         street_names: network.names,

@@ -19,7 +19,7 @@ pub mod why;
 
 pub use build::{BuildError, Built, Settings, Until, build};
 pub use load::{LoadError, Loaded, Sources, load};
-pub use model::{Area, City};
+pub use model::{Area, City, Landmark};
 pub use progress::{Cancel, Progress, Silent, Stage};
 pub use report::{BuiltFrom, Report};
 pub use site::Site;

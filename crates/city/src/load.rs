@@ -210,6 +210,15 @@ impl Loaded {
     /// The plan with its values by place read from the site.
     fn settled(&self, site: &Site) -> Result<Plan, LoadError> {
         let mut plan = self.plan.clone();
+        let off =
+            |landmark: &&script::Landmark| crate::stages::landmarks::share_on(site.bounds, &landmark.ground) < 1.0;
+        if let Some(landmark) = plan.landmarks.iter().find(off) {
+            let size = site.bounds.size();
+            let message = format!("landmark `{}` does not lie on the site", landmark.name);
+            let hint = format!("the site goes from [0, 0] to [{:.0}, {:.0}], in metres", size.x, size.y);
+            let error = script::ParamError { message, hint: Some(hint) };
+            return Err(LoadError::Value { path: self.script.clone(), error });
+        }
         plan.settle(site.places()).map_err(|error| LoadError::Value { path: self.script.clone(), error })?;
         Ok(plan)
     }
@@ -244,7 +253,10 @@ impl Loaded {
         let folder = self.folder.join(folder);
         let weights = plan.weight_maps();
         let stages = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
-        let within = stages.filter_map(|streets| streets.within.as_ref());
+        let within = stages.filter_map(|streets| match &streets.within {
+            Some(script::Within::Map(map)) => Some(map),
+            _ => None,
+        });
         let named = plan.within.iter().chain(within).chain(&plan.barred).chain(weights).map(|map| map.name.clone());
         let in_goals = [&plan.highways, &plan.majors, &plan.minors].into_iter().flatten();
         let goals = in_goals.filter_map(|streets| Some(streets.goal().ok()??.map.name));

@@ -2,7 +2,7 @@
 
 use crate::Site;
 use buildings::Building;
-use geom::{Id, Polygon};
+use geom::{Id, Polygon, Vec2};
 use layout::{Block, Parcel};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,6 +18,22 @@ pub struct Area {
     pub name: Option<String>,
     /// Its ground.
     pub polygon: Polygon,
+}
+
+/// A place that stands out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Landmark {
+    /// Identity: its name hashed.
+    pub id: Id,
+    /// Its name.
+    pub name: String,
+    /// Its middle, in metres.
+    pub at: Vec2,
+    /// Its ground, as it was asked for.
+    pub ground: Polygon,
+    /// The parcels it became, the largest first: one, where no street that was there before crosses it; none where no block
+    /// lies around it.
+    pub parcels: Vec<Id>,
 }
 
 /// A finished city. Derived, never saved; all lists by id.
@@ -43,6 +59,8 @@ pub struct City {
     pub quarters: Vec<Area>,
     /// Districts.
     pub districts: Vec<Area>,
+    /// Landmarks.
+    pub landmarks: Vec<Landmark>,
     /// Blocks.
     pub blocks: Vec<Block>,
     /// Parcels; empty when built until streets.

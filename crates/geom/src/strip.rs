@@ -1,7 +1,7 @@
 //! Strips along lines and the wedges at their bends: small convex polygons that cover the exact body of a line of some
 //! width. They are computed in floats and drawn out by [`COVER`], so that after rounding they still cover it.
 
-use crate::{Point, Vec2};
+use crate::{Point, Polygon, Vec2};
 
 /// How far a strip is drawn out beyond its exact border, in LSB: rounding its corners takes at most 0.71 of it, which
 /// leaves more than one for the rounding of a boolean's crossing points.
@@ -54,6 +54,21 @@ pub fn wedge(before: Point, at: Point, after: Point, half_in: i32, half_out: i32
         ring.reverse();
     }
     Some(ring)
+}
+
+/// A polygon grown outwards by `by` LSB, with mitred corners: it covers everything nearer than that. Its holes are
+/// filled; the largest part where growing leaves several.
+pub fn grown(polygon: &Polygon, by: i32) -> Polygon {
+    let ring = &polygon.outer;
+    let (n, half) = (ring.len(), by.max(0));
+    let at = |i: usize| ring[i % n];
+    let side = Reach { left: half, right: half, before: 0, after: 0 };
+    let strips = (0..n).filter_map(|i| strip(at(i), at(i + 1), side).map(Vec::from));
+    let wedges = (0..n).filter_map(|i| wedge(at(i), at(i + 1), at(i + 2), half, half));
+    let pieces = strips.chain(wedges).map(|ring| Polygon::new(ring, Vec::new()));
+    let whole = std::iter::once(Polygon::new(ring.clone(), Vec::new())).chain(pieces).collect::<Vec<_>>();
+    let parts = crate::boolean::union(&whole).into_iter().map(|part| Polygon::new(part.outer, Vec::new()));
+    parts.max_by_key(Polygon::doubled_area).unwrap_or_else(|| polygon.clone())
 }
 
 /// One side of a bend: its direction of travel, the outer normal, and how far its border lies out.
@@ -171,5 +186,18 @@ mod tests {
             let perimeter: f64 = (0..n).map(|i| ring[i].distance(ring[(i + 1) % n])).sum();
             prop_assert!(doubled as f64 > -2.0 * 1024.0 * perimeter);
         }
+    }
+
+    #[test]
+    fn a_polygon_grows_by_as_much_everywhere() {
+        let square = Polygon::new(vec![p(0, 0), p(1000, 0), p(1000, 1000), p(0, 1000)], Vec::new());
+        let far = grown(&square, 100);
+        assert_eq!(far.outer, [p(-102, -102), p(1102, -102), p(1102, 1102), p(-102, 1102)]);
+        // The notch of a C is filled when it grows together.
+        let ring = [(0, 0), (900, 0), (900, 300), (300, 300), (300, 400), (900, 400), (900, 900), (0, 900)];
+        let c = Polygon::new(ring.map(|(x, y)| p(x, y)).to_vec(), Vec::new());
+        let far = grown(&c, 100);
+        assert!(far.holes.is_empty() && c.outer.iter().all(|&corner| far.contains(corner)));
+        assert!(far.contains(p(600, 350)) && far.edges().all(|(a, _)| c.distance_to_rim(a.metres()) * 1024.0 >= 99.0));
     }
 }

@@ -11,7 +11,7 @@ pub mod subdivide;
 
 pub use blocks::{BlockSource, blocks};
 pub use model::{Block, Body, Joint, Parcel, Region, Use};
-pub use region::{Buildable, buildable};
+pub use region::{Buildable, Parted, buildable, part_grounds};
 pub use side::longest_side;
 pub use subdivide::{Division, Inner, RecursiveSettings, SettingsError, Squared, recursive, subdivide};
 

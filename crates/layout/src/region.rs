@@ -6,7 +6,10 @@
 //! parted.
 
 mod clean;
+mod keep;
 mod label;
+
+pub use keep::{Parted, part_grounds};
 
 use crate::{Block, Body, Joint, Region};
 use geom::polygon::ring_edges;

@@ -23,8 +23,8 @@ pub use host::{Embedded, Library, Source};
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
 pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{
-    DensityGoal, DistrictPlan, GivenLine, GoalPlan, MapOptions, MapRef, NO_DISTRICT, Plan, QuarterPlan, RoleParam,
-    SitePlan, StreetImport, StreetPlan, StreetUnits,
+    DensityGoal, DistrictPlan, GivenLine, GoalPlan, Landmark, MapOptions, MapRef, NO_DISTRICT, Plan, QuarterPlan, Rim,
+    RoleParam, SitePlan, StreetImport, StreetPlan, StreetUnits, Within,
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{

@@ -4,7 +4,8 @@ use crate::fault::{Fault, Faults};
 use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::pattern::PatternPlan;
 use crate::rule::{Rule, RuleKind};
-use geom::{Id, Vec2};
+use geom::{Id, Point, Polygon, Vec2};
+use layout::Use;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::growth::{Area, Chain, Field, Own, Step};
@@ -67,6 +68,66 @@ impl DistrictPlan {
             Self::Map { legend, .. } => legend.keys().map(String::as_str).filter(|name| *name != NO_DISTRICT).collect(),
             Self::File(_) => Vec::new(),
         }
+    }
+}
+
+/// Where streets of one class grow.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Within {
+    /// Where a map of the site says more than one half.
+    Map(MapRef),
+    /// Inside a polygon.
+    Polygon(Arc<Polygon>),
+    /// In the quarters that contain one of these places, in metres.
+    QuartersAt(Vec<Vec2>),
+    /// In the quarters whose middle lies in one of these districts.
+    QuartersIn(Vec<String>),
+}
+
+impl Within {
+    /// Whether it chooses quarters, which are there only when highways and majors have grown.
+    pub fn chooses_quarters(&self) -> bool {
+        matches!(self, Self::QuartersAt(_) | Self::QuartersIn(_))
+    }
+}
+
+/// The land outside all quarters that is filled: a rim around the city.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rim {
+    /// How far it reaches at most from the streets that close quarters, metres.
+    pub width: f64,
+    /// The share of the width by which it differs from place to place.
+    pub bulge: f64,
+}
+
+/// A place that stands out: its ground stays free of streets, becomes one parcel, and streets are led to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Landmark {
+    /// What it is called; no two are called alike.
+    pub name: String,
+    /// Its ground, counter-clockwise.
+    pub ground: Polygon,
+    /// How much it draws highways and majors: 1 as the densest place of the city; 0 for not at all.
+    pub attract: f64,
+    /// How far that is felt, metres.
+    pub reach: f64,
+    /// What its parcel is for.
+    pub usage: Use,
+    /// The class of a street that is laid around it.
+    pub around: Option<Class>,
+}
+
+impl Landmark {
+    /// Its identity: that of its name.
+    pub fn id(&self) -> Id {
+        Id::of_text("landmark", &self.name)
+    }
+
+    /// The middle of its ground, in metres: the centroid, or the inner point farthest from the rim where that lies outside.
+    pub fn middle(&self) -> Vec2 {
+        let centroid = self.ground.centroid();
+        let is_inside = Point::try_from_metres(centroid).is_some_and(|at| self.ground.contains(at));
+        if is_inside { centroid } else { self.ground.pole(1.0).metres() }
     }
 }
 
@@ -169,8 +230,11 @@ pub struct StreetPlan {
     pub width: Option<Value>,
     /// The same where it differs by place, once it is read from a site: each piece of street takes that of its start.
     pub widths: Option<Field>,
-    /// A mask outside of which streets of this class do not grow, besides the city's own.
-    pub within: Option<MapRef>,
+    /// Where streets of this class grow, besides what holds for the city; everywhere when none.
+    pub within: Option<Within>,
+    /// How far from the streets that close quarters those outside all quarters grow, metres; as far as there is land when
+    /// none (SCH10 §4.2.5).
+    pub rim: Option<Rim>,
     /// Where growth starts, in metres; the kernel's own choice when empty.
     pub seeds: Vec<Vec2>,
     /// Further seeds are planted farther than this from every street, in metres; the stage's own distance when none.
@@ -254,6 +318,8 @@ pub struct Plan {
     pub districts: Option<DistrictPlan>,
     /// What chance depends on.
     pub seed: u64,
+    /// Places that stand out, in the script's order.
+    pub landmarks: Vec<Landmark>,
     /// Streets drawn in the script, in its order.
     pub given: Vec<GivenLine>,
     /// Streets from files, in the script's order.
@@ -418,6 +484,13 @@ impl Plan {
             if let Some(unknown) = parts.flat_map(|part| part.weight.districts()).find(|name| !known.contains(name)) {
                 let (message, hint) = unknown_district(unknown, known);
                 return Err(ParamError { message: format!("{class}.pattern {message}"), hint });
+            }
+        }
+        for (plan, class) in [(&self.highways, "highways"), (&self.majors, "majors"), (&self.minors, "minors")] {
+            let Some(Within::QuartersIn(names)) = plan.as_ref().and_then(|plan| plan.within.as_ref()) else { continue };
+            if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
+                let (message, hint) = unknown_district(unknown, known);
+                return Err(ParamError { message: format!("{class}.within {message}"), hint });
             }
         }
         for role in ["parcels", "buildings"] {

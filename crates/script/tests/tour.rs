@@ -104,7 +104,7 @@ fn rules_of_the_tour_run() {
 #[test]
 fn cities_of_the_tour_run() {
     let snippets = snippets("rhai city");
-    assert_eq!(snippets.len(), 4);
+    assert_eq!(snippets.len(), 6);
     for text in snippets {
         let plan = city(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}")).plan;
         assert!(plan.minors.is_some());

@@ -3,9 +3,9 @@
 //! Written as a stream: a million parcels take no more memory than one. Every coordinate is the exact decimal of a
 //! lattice point (k / 1024 has at most ten decimals), so reading the file back gives the same lattice points.
 
-use crate::{Area, City};
+use crate::{Area, City, Landmark};
 use buildings::Building;
-use geom::{Point, Polygon};
+use geom::{Id, Point, Polygon};
 use layout::{Block, Parcel, Use};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use streets::{NodeId, NodeKey};
 pub const FORMAT: u32 = 1;
 
 /// Writes a city as `layout.geojson` (see the module); features by kind (street, crossing, quarter, block, district,
-/// parcel, building), then by id.
+/// parcel, building, landmark), then by id.
 ///
 /// # Errors
 /// Those of the writer.
@@ -35,13 +35,20 @@ pub fn write_layout(city: &City, out: impl Write) -> io::Result<()> {
         features.block(block)?;
     }
     features.districts(&city.districts)?;
+    let landmark_of = landmarks_by_parcel(city);
     for parcel in sorted(&city.parcels, |parcel| parcel.id) {
-        features.parcel(parcel)?;
+        features.parcel(parcel, landmark_of.get(&parcel.id).copied())?;
     }
     for building in sorted(&city.buildings, |building| building.id) {
         features.building(city, building)?;
     }
+    features.landmarks(&city.landmarks)?;
     features.foot()
+}
+
+/// The landmark of each parcel that belongs to one.
+fn landmarks_by_parcel(city: &City) -> BTreeMap<Id, &Landmark> {
+    city.landmarks.iter().flat_map(|landmark| landmark.parcels.iter().map(move |&id| (id, landmark))).collect()
 }
 
 /// The crossings of a city: the ends of its runs, by id.
@@ -146,12 +153,16 @@ impl<W: Write> Features<W> {
         self.polygon(&block.polygon)
     }
 
-    fn parcel(&mut self, parcel: &Parcel) -> io::Result<()> {
+    fn parcel(&mut self, parcel: &Parcel, landmark: Option<&Landmark>) -> io::Result<()> {
         self.begin("parcel", parcel.id)?;
         self.field("block", &parcel.block)?;
         let access: Vec<_> = parcel.access.iter().map(|(street, _)| street).collect();
         self.field("access", &access)?;
         self.field("use", use_name(parcel.usage))?;
+        if let Some(landmark) = landmark {
+            self.field("name", &landmark.name)?;
+            self.field("landmark", &landmark.id)?;
+        }
         // An inner parcel lies behind others: no access is asked of it.
         if parcel.is_inner() {
             self.out.write_all(b",\"tags\":{\"inner\":true}")?;
@@ -159,6 +170,17 @@ impl<W: Write> Features<W> {
             self.no_tags()?;
         }
         self.polygon(&parcel.polygon)
+    }
+
+    /// The grounds of landmarks, as they were asked for, with the parcels they became.
+    fn landmarks(&mut self, landmarks: &[Landmark]) -> io::Result<()> {
+        for landmark in sorted(landmarks, |landmark| landmark.id) {
+            self.begin("landmark", landmark.id)?;
+            self.field("name", &landmark.name)?;
+            self.field("parcels", &landmark.parcels)?;
+            self.polygon(&landmark.ground)?;
+        }
+        Ok(())
     }
 
     fn building(&mut self, city: &City, building: &Building) -> io::Result<()> {

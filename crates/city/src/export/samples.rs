@@ -55,6 +55,7 @@ impl Maker {
             runs: Vec::new(),
             quarters: Vec::new(),
             districts: Vec::new(),
+            landmarks: Vec::new(),
             blocks: Vec::new(),
             parcels: Vec::new(),
             buildings: Vec::new(),

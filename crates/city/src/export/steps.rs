@@ -46,6 +46,7 @@ fn city_after(city: &City, trace: &Trace, step: u32) -> City {
         street_names: city.street_names.clone(),
         quarters: Vec::new(),
         districts: city.districts.clone(),
+        landmarks: city.landmarks.clone(),
         blocks: Vec::new(),
         parcels: Vec::new(),
         buildings: Vec::new(),

@@ -66,6 +66,7 @@ fn raise(
         max_height,
         place,
         district,
+        landmark: land.landmark_of(parcel.id),
         ground: land.ground.clone(),
         seed: context.seed(quarter).purpose("buildings").of(parcel.id),
     });

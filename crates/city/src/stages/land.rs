@@ -1,11 +1,11 @@
 //! Land: blocks from faces, parcels from blocks, each block by itself.
 
 use super::ground::CityGround;
-use super::{ByPlace, Context};
-use crate::{BuildError, Site, Stage, Until};
+use super::{ByPlace, Context, landmarks};
+use crate::{BuildError, Landmark, Site, Stage, Until};
 use geom::polygon::min_area_box;
 use geom::{Id, Point, Polygon, Seed, Vec2};
-use layout::{Block, BlockSource, Parcel, Region, Use, buildable, longest_side, recursive};
+use layout::{Block, BlockSource, Parcel, Region, Use, buildable, longest_side, part_grounds, recursive};
 use rayon::prelude::*;
 use script::{BlockContext, ParcelChoice, ParcelPattern};
 use std::sync::Arc;
@@ -20,8 +20,18 @@ pub(crate) struct Land {
     pub trimmed: i128,
     /// How many parcels stay open.
     pub open: usize,
+    /// Landmarks with their parcels, by id.
+    pub landmarks: Vec<Landmark>,
     /// What rules may ask of a place.
     pub ground: Arc<CityGround>,
+}
+
+impl Land {
+    /// The name of the landmark that a parcel belongs to; empty where it belongs to none.
+    pub fn landmark_of(&self, parcel: Id) -> String {
+        let of = self.landmarks.iter().find(|landmark| landmark.parcels.contains(&parcel));
+        of.map_or_else(String::new, |landmark| landmark.name.clone())
+    }
 }
 
 /// Derives blocks and, unless the build ends with streets, parcels.
@@ -35,30 +45,38 @@ pub(crate) fn derive(
     let source = BlockSource::new(graph, faces, quarters);
     let blocks: Vec<Block> = (0..faces.faces.len()).into_par_iter().map(|face| source.block(face)).collect();
     let ground = Arc::new(CityGround::new(context, graph));
-    let mut land = Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0, ground };
+    let plan = &context.sources.plan.landmarks;
+    let settled = landmarks::settle(plan, Vec::new()).0;
+    let mut land = Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0, landmarks: settled, ground };
     if until == Until::Streets {
         return Ok(land);
     }
     let patterns = ByPlace::of(context, "parcels", |rule| ParcelPattern::new(rule, context.faults.clone()));
     context.progress.begin(Stage::Parcels, land.blocks.len() as u64);
-    let divided: Vec<(Vec<Parcel>, i128)> = land
+    let grounds = landmarks::grounds(plan);
+    let divided: Vec<Divided> = land
         .blocks
         .par_iter()
         .map(|block| {
             let parts = if context.cancel.is_cancelled() {
                 Default::default()
             } else {
-                divide(context, &land.ground, &patterns, block)
+                divide(context, &land.ground, &patterns, &grounds, block)
             };
             context.progress.advance(1);
             parts
         })
         .collect();
     context.check()?;
-    for (parcels, trimmed) in divided {
-        land.parcels.extend(parcels);
-        land.trimmed += trimmed;
+    let mut parts = Vec::new();
+    for divided in divided {
+        land.parcels.extend(divided.parcels);
+        parts.extend(divided.landmarks);
+        land.trimmed += divided.trimmed;
     }
+    let (settled, of_landmarks) = landmarks::settle(plan, parts);
+    land.landmarks = settled;
+    land.parcels.extend(of_landmarks);
     land.parcels.sort_by_key(|parcel| parcel.id);
     land.open = land.parcels.iter().filter(|parcel| parcel.usage != Use::Built).count();
     let outcome = format!("{} parcels in {} blocks", land.parcels.len(), land.blocks.len());
@@ -66,17 +84,31 @@ pub(crate) fn derive(
     Ok(land)
 }
 
-/// Divides one block as its rule says, region by region.
+/// What a block is divided into.
+#[derive(Default)]
+struct Divided {
+    parcels: Vec<Parcel>,
+    /// Parts of landmarks, with the position of the landmark; their ids are still to be told.
+    landmarks: Vec<(usize, Parcel)>,
+    /// Twice the area in LSB² of the slivers.
+    trimmed: i128,
+}
+
+/// Divides one block as its rule says, region by region, after what landmarks keep of it.
 fn divide(
     context: &Context,
     ground: &Arc<CityGround>,
     patterns: &ByPlace<ParcelPattern>,
+    grounds: &[Polygon],
     block: &Block,
-) -> (Vec<Parcel>, i128) {
-    let land = buildable(block);
+) -> Divided {
+    let land = part_grounds(block, buildable(block), grounds);
+    let usage = |landmark: usize| context.sources.plan.landmarks[landmark].usage;
+    let keep = |(landmark, region): &(usize, Region)| (*landmark, landmark_parcel(region, usage(*landmark)));
     let mut parcels = Vec::new();
     let mut trimmed = land.dropped;
-    for (ordinal, region) in land.regions.iter().enumerate() {
+    for region in &land.rest {
+        let ordinal = region.ordinal as usize;
         let seed = context.seed(block.quarter).purpose("parcels").of(block.id).child(ordinal as u64);
         match cover(&context.sources.site, &region.polygon) {
             Cover::Land => {}
@@ -104,7 +136,12 @@ fn divide(
             ParcelChoice::Open => parcels.push(whole(region, ordinal, Use::Open)),
         }
     }
-    (parcels, trimmed)
+    Divided { parcels, landmarks: land.kept.iter().map(keep).collect(), trimmed }
+}
+
+/// What a landmark keeps of a block: it stays what it is meant for, even behind others.
+fn landmark_parcel(region: &Region, usage: Use) -> Parcel {
+    Parcel { usage, ..whole(region, 0, usage) }
 }
 
 /// What covers most of a region, by samples inside it.

@@ -1,10 +1,11 @@
 //! Streets: given and imported ones, then highways, then majors, then minors quarter by quarter, then what was removed
 //! by hand.
 
+mod chosen;
 mod seeds;
 
 use super::patterns::pattern;
-use super::{Context, Origins};
+use super::{Context, Origins, landmarks};
 use crate::report::Report;
 use crate::sources::{ImportOptions, lay_streets};
 use crate::trace::{Grown, Trace};
@@ -12,14 +13,14 @@ use crate::{BuildError, Stage};
 use geom::point::units;
 use geom::{Angle, Id, Point, Seed};
 use rayon::prelude::*;
-use script::{DensityGoal, GivenLine, StreetPlan, Value};
+use script::{DensityGoal, GivenLine, StreetPlan, Value, Within};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
 use streets::graph::{Crowding, NewSegment};
 use streets::growth::{
     Constraints, Distances, Field, Fields, Goal, Growth, GrowthRules, Peaks, QuarterGrowth, QuarterSettings, SeedPoint,
-    Smoothing, attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
+    Smoothing, Zones, attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
 };
 use streets::runs::Run;
 use streets::{Claim, Class, Classes, NodeId, StreetGraph, StreetId};
@@ -65,18 +66,20 @@ pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, 
     let mut network =
         Network { graph: StreetGraph::new(classes), origins: Origins::default(), names: BTreeMap::new(), trace: None };
     import(context, &mut network, report)?;
+    let width = |class| width_of(plan_of(context, class), class);
+    landmarks::lay(context, &mut network, width, report);
     network.trace = context.traces.then(|| Trace::new(network.graph.clone()));
     let fields = Arc::new(fields(context));
     let plan = &context.sources.plan;
     let given = network.graph.streets();
     for (class, plan) in [(Classes::HIGHWAY, &plan.highways), (Classes::MAJOR, &plan.majors)] {
         let Some(plan) = plan else { continue };
-        let fields = within(context, plan, &fields);
+        let fields = within(context, class, plan, &fields);
         let growth = grow_arterials(context, &mut network, (class, plan), &fields, report)?;
         finish(&mut network, &growth, plan, &fields, &given);
     }
     if let Some(minors) = &plan.minors {
-        let fields = within(context, minors, &fields);
+        let fields = within(context, Classes::MINOR, minors, &fields);
         let growth = grow_minors(context, &mut network, minors, &fields, report)?;
         finish(&mut network, &growth, minors, &fields, &given);
     }
@@ -104,19 +107,46 @@ fn fields(context: &Context) -> Fields {
         maps: site.maps.iter().map(|(name, map)| (name.clone(), Field::Map(map.clone()))).collect(),
         districts: site.districts.clone(),
         peaks: Peaks::default(),
+        zones: Zones::default(),
     }
 }
 
-/// What streets of a class can know of the site: the same, but for a mask of their own.
-fn within(context: &Context, plan: &StreetPlan, fields: &Arc<Fields>) -> Arc<Fields> {
-    match plan.within.as_ref().and_then(|within| context.sources.site.map(&within.name)) {
-        Some(mask) => {
-            let mut own = Fields::clone(fields);
-            own.legal.push(mask.clone());
-            Arc::new(own)
-        }
-        None => fields.clone(),
+/// What streets of a class can know of the site: the same, but for an area of their own, and landmarks, from which they
+/// keep off by half of their width and which draw highways and majors.
+fn within(context: &Context, class: Class, plan: &StreetPlan, fields: &Arc<Fields>) -> Arc<Fields> {
+    let landmarks = &context.sources.plan.landmarks;
+    if plan.within.is_none() && landmarks.is_empty() {
+        return fields.clone();
     }
+    let mut own = Fields::clone(fields);
+    match &plan.within {
+        Some(Within::Map(map)) => own.legal.extend(context.sources.site.map(&map.name).cloned()),
+        Some(Within::Polygon(polygon)) => own.zones.hold_inside(polygon),
+        // Quarters are chosen when they are there.
+        Some(Within::QuartersAt(_) | Within::QuartersIn(_)) | None => {}
+    }
+    landmarks::mark(landmarks, &mut own, widest(plan, class), class <= Classes::MAJOR);
+    Arc::new(own)
+}
+
+/// How the streets of a class grow, where they do.
+fn plan_of<'a>(context: &Context<'a>, class: Class) -> Option<&'a StreetPlan> {
+    let plan = &context.sources.plan;
+    match class {
+        Classes::HIGHWAY => plan.highways.as_ref(),
+        Classes::MAJOR => plan.majors.as_ref(),
+        _ => plan.minors.as_ref(),
+    }
+}
+
+/// Full right-of-way of a class in metres, where nothing else is told.
+fn width_of(plan: Option<&StreetPlan>, class: Class) -> f64 {
+    plan.and_then(StreetPlan::constant_width).unwrap_or(defaults(class).width)
+}
+
+/// The same, the greatest where it differs by place.
+fn widest(plan: &StreetPlan, class: Class) -> f64 {
+    plan.widths.as_ref().map_or_else(|| width_of(Some(plan), class), |widths| widths.range().1)
 }
 
 /// Puts given and imported streets into the graph.
@@ -174,7 +204,7 @@ fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &m
 /// How streets of a plan grow, with its parameters as they are.
 fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> Result<Growth, BuildError> {
     let is_major = class <= Classes::MAJOR;
-    let width = plan.constant_width().unwrap_or(defaults(class).width);
+    let width = width_of(Some(plan), class);
     let root = Id::root(defaults(class).stage.name(), &[]);
     let mut growth = Growth::new(class, units(width / 2.0), seed, root);
     growth.widths = plan.widths.clone();
@@ -184,6 +214,9 @@ fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> 
     growth.constraints = plan.chain(standard.into(), &Arc::default(), context.faults)?;
     if let Some(goal) = plan.goal()? {
         growth.goal = goal_of(context, &goal);
+    }
+    if is_major {
+        growth.goal.density = landmarks::raised(&context.sources.plan.landmarks, &growth.goal.density);
     }
     Ok(growth)
 }
@@ -232,6 +265,19 @@ fn grow_arterials(
         report.grown(stage.name(), &log);
         logs.extend(context.traces.then_some(log));
     }
+    // Where no street was drawn to a landmark by itself, one starts there, in the last of these stages.
+    let is_last = class == Classes::MAJOR || context.sources.plan.majors.is_none();
+    for landmark in landmarks::drawing(&context.sources.plan.landmarks).into_iter().filter(|_| is_last) {
+        for gate in landmarks::gates(landmark, widest(plan, class), growth.root) {
+            context.check()?;
+            if landmarks::is_reached(landmark, &network.graph) {
+                break;
+            }
+            let log = grow(&mut network.graph, &growth, &*rules, fields, &[gate], &cancel);
+            report.grown(stage.name(), &log);
+            logs.extend(context.traces.then_some(log));
+        }
+    }
     network.traced(stage.name(), Grown::InCity(logs));
     context.check()?;
     let outcome =
@@ -271,9 +317,10 @@ fn grow_minors(
     let quarters = Faces::of(&network.graph, FaceKind::Quarter);
     context.progress.begin(Stage::Minors, quarters.faces.len() as u64 + 1);
     let outside = Quarter::new(context, network, plan, None)?;
-    let faces: Vec<(&Face, Quarter)> = quarters
-        .faces
-        .iter()
+    let choice = chosen::of(context, plan, &quarters, report);
+    let outskirts = chosen::outside(context, &network.graph, plan, fields, report);
+    let faces: Vec<(&Face, Quarter)> = choice
+        .into_iter()
         .map(|face| Ok((face, Quarter::new(context, network, plan, Some(face.id))?)))
         .collect::<Result<_, BuildError>>()?;
     let graph = &network.graph;
@@ -283,12 +330,12 @@ fn grow_minors(
         context.progress.advance(1);
         grown
     };
-    let (mut grown, rim): (Vec<QuarterGrowth>, QuarterGrowth) = rayon::join(
-        || faces.par_iter().map(fill).collect(),
-        || grow_outside(graph, &quarters, &outside.settings, &*outside.rules, fields, &cancel),
-    );
+    let fill_outside =
+        |fields: &Arc<Fields>| grow_outside(graph, &quarters, &outside.settings, &*outside.rules, fields, &cancel);
+    let (mut grown, rim): (Vec<QuarterGrowth>, Option<QuarterGrowth>) =
+        rayon::join(|| faces.par_iter().map(fill).collect(), || outskirts.as_ref().map(fill_outside));
     context.check()?;
-    grown.push(rim);
+    grown.extend(rim);
     let merge = attach(&mut network.graph, &grown, &outside.settings.growth.constraints);
     for growth in &grown {
         report.grown("minors", &growth.log);
@@ -297,7 +344,7 @@ fn grow_minors(
     let outcome = format!(
         "{} segments in {} quarters and outside them, {:.1} km in all",
         merge.laid,
-        quarters.faces.len(),
+        faces.len(),
         network.graph.total_length() / 1000.0
     );
     context.progress.end(Stage::Minors, &outcome);

@@ -66,12 +66,17 @@ pub fn explain_parcel(found: &Found, evidence: &Evidence, answer: &mut Answer) {
     let Some(parcel) = city.parcels.iter().find(|parcel| Some(parcel.id) == id) else { return };
     let usage = crate::export::geojson::use_name(parcel.usage);
     answer.tell("what", format!("{usage}, {:.0} m²", parcel.polygon.area()));
+    let landmark = city.landmarks.iter().find(|landmark| landmark.parcels.contains(&parcel.id));
+    if let Some(landmark) = landmark {
+        answer.tell("landmark", format!("the ground of `{}`, which the city script keeps whole", landmark.name));
+    }
     answer.tell("block", parcel.block.to_string());
     for (street, metres) in &parcel.access {
         answer.tell("fronts", format!("street {street} for {metres:.1} m"));
     }
     match parcel.usage {
         layout::Use::Built => {}
+        _ if landmark.is_some() => answer.tell("why", "the landmark says what it is for"),
         layout::Use::Park => answer.tell("why", "most of its block is park on the map `parks`"),
         _ if parcel.access.is_empty() => answer.tell("why", "it fronts no street, so nothing can be built on it"),
         _ => answer.tell("why", "the rule leaves it open, it is too small or thin, or most of it is water"),

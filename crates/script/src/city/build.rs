@@ -1,11 +1,12 @@
 //! From the options of `city(#{ … })` to a plan.
 
+use super::landmarks::check_landmarks;
 use super::site::site_of;
 use super::streets::rules_of;
 use crate::fault::Complaint;
 use crate::host::kind_of;
 use crate::param::Value;
-use crate::plan::{MapRef, Plan, QuarterPlan, SitePlan, StreetPlan};
+use crate::plan::{Landmark, MapRef, Plan, QuarterPlan, SitePlan, StreetPlan};
 use crate::rule::RuleKind;
 use crate::words::options::{Options, cast};
 use geom::Id;
@@ -21,6 +22,7 @@ const KEYS: &[&str] = &[
     "within",
     "barred",
     "seed",
+    "landmarks",
     "given",
     "imported",
     "highways",
@@ -47,6 +49,7 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
         barred: maps(&mut options)?,
         districts: options.of("districts", "site.districts(…) or districts_from(…)")?,
         seed: options.seed()?.unwrap_or(0),
+        landmarks: landmarks(&mut options)?,
         given: each(options.list("given")?, "given", "a list of line(…)")?,
         imports: imported(&mut options)?,
         highways: options.of::<StreetPlan>("highways", "streets(…)")?,
@@ -59,6 +62,7 @@ pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
         quarters: BTreeMap::new(),
         removed: removed(&mut options)?,
     };
+    check_stages(&plan)?;
     plan.quarters = quarters(options.map("quarters")?, &plan)?;
     plan.check_districts().map_err(|error| Complaint::new(error.message).maybe_hint(error.hint).key("districts"))?;
     Ok(plan)
@@ -88,6 +92,33 @@ fn each<T: rhai::Variant + Clone>(values: Vec<Dynamic>, key: &str, kind: &str) -
 
 fn maps(options: &mut Options) -> Result<Vec<MapRef>, Complaint> {
     each(one_or_many(options.take("barred")), "barred", "a map or a list of maps")
+}
+
+/// Landmarks one by one or by the list; lists may stand in lists, as files give them.
+fn landmarks(options: &mut Options) -> Result<Vec<Landmark>, Complaint> {
+    let mut found = Vec::new();
+    for value in one_or_many(options.take("landmarks")) {
+        found.extend(each(one_or_many(Some(value)), "landmarks", "a landmark(#{ … }) or a list of them")?);
+    }
+    check_landmarks(&found).map_err(|wrong| wrong.key("landmarks"))?;
+    Ok(found)
+}
+
+/// Names what only minors, or only highways and majors, may be asked for.
+fn check_stages(plan: &Plan) -> Result<(), Complaint> {
+    for (streets, class) in [(&plan.highways, "highways"), (&plan.majors, "majors")] {
+        let Some(streets) = streets else { continue };
+        if streets.within.as_ref().is_some_and(crate::plan::Within::chooses_quarters) {
+            let message = format!("`{class}` cannot keep to quarters: highways and majors are what makes them");
+            let help = "choose quarters for `minors`; here a map or polygon([…]) serves";
+            return Err(Complaint::new(message).hint(help).key(class));
+        }
+        if streets.rim.is_some() {
+            let message = format!("`{class}` have no rim: it lies around them");
+            return Err(Complaint::new(message).hint("`rim` is for `minors`").key(class));
+        }
+    }
+    Ok(())
 }
 
 fn imported<T: rhai::Variant + Clone>(options: &mut Options) -> Result<Vec<T>, Complaint> {

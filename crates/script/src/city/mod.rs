@@ -2,9 +2,11 @@
 
 mod build;
 mod districts;
+mod landmarks;
 mod mix;
 mod site;
 mod streets;
+mod within;
 
 pub use site::{SiteInfo, SiteRequest, Sites};
 
@@ -75,6 +77,8 @@ fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, d
     site::register(engine, sites);
     districts::register(engine);
     streets::register(engine);
+    landmarks::register(engine);
+    within::register(engine);
     crate::param::register_values(engine);
     mix::register(engine);
     rules(engine, around.clone());

@@ -1,6 +1,7 @@
 //! Streets of a city script: drawn, from files, grown.
 
 use super::mix::pattern_of;
+use super::within::{rim_of, within_of};
 use crate::fault::{Complaint, Refusal};
 use crate::host::{is_inside, kind_of};
 use crate::names::hint;
@@ -37,7 +38,9 @@ pub(super) fn register(engine: &mut Engine) {
         .with_params_info(["file"])
         .register_into_engine(engine, |file: &str| Ok::<_, Refusal>(import(file, Map::new())?));
     FuncRegistration::new("streets")
-        .with_params_info(["#{ pattern, goals, constraints, width, seeds, reseed, sprout, smooth, least_dead_end }"])
+        .with_params_info([
+            "#{ pattern, goals, constraints, width, within, rim, seeds, reseed, sprout, smooth, least_dead_end }",
+        ])
         .with_comments(["/// How streets of one class grow."])
         .register_into_engine(engine, |options: Map| Ok::<_, Refusal>(streets(options)?));
     FuncRegistration::new("density")
@@ -62,7 +65,7 @@ fn line(points: Array, options: Map) -> Result<GivenLine, Complaint> {
     Ok(GivenLine { points, class, width: width(&mut options)?, name: options.text("name")? })
 }
 
-fn on_lattice(point: Dynamic) -> Result<Vec2, Complaint> {
+pub(super) fn on_lattice(point: Dynamic) -> Result<Vec2, Complaint> {
     let point = pair(point)?;
     let far = || Complaint::new("a point lies more than 500 km away");
     Point::try_from_metres(point).map(|_| point).ok_or_else(far)
@@ -84,7 +87,7 @@ fn width_by_place(value: &Dynamic) -> Result<Value, Complaint> {
 }
 
 /// A street class by name.
-fn class(name: &str, key: &str) -> Result<Class, Complaint> {
+pub(super) fn class(name: &str, key: &str) -> Result<Class, Complaint> {
     let classes = Classes::default();
     let unknown = || {
         let near = hint(name, classes.iter().map(|(_, info)| info.name.as_str()));
@@ -142,8 +145,19 @@ fn street_units(file: &str, units: &str) -> Result<StreetUnits, Complaint> {
 }
 
 /// Everything that `streets(…)` knows.
-const STREETS: &[&str] =
-    &["pattern", "goals", "constraints", "width", "within", "seeds", "reseed", "sprout", "smooth", "least_dead_end"];
+const STREETS: &[&str] = &[
+    "pattern",
+    "goals",
+    "constraints",
+    "width",
+    "within",
+    "rim",
+    "seeds",
+    "reseed",
+    "sprout",
+    "smooth",
+    "least_dead_end",
+];
 
 /// How far from every street further seeds may be asked for, metres.
 const RESEED: (f64, f64) = (10.0, 100_000.0);
@@ -159,7 +173,8 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
         constraints: options.take("constraints").map_or(Ok(Vec::new()), constraints)?,
         width: options.take("width").map(|value| width_by_place(&value)).transpose()?,
         widths: None,
-        within: options.of("within", "a map, site.map(\"…\")")?,
+        within: options.take("within").map(within_of).transpose()?,
+        rim: options.take("rim").map(rim_of).transpose()?,
         seeds: options
             .list("seeds")?
             .into_iter()

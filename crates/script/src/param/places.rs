@@ -84,7 +84,7 @@ impl Places {
         match self.maps.get(&value.map.name)? {
             Field::Map(raster) => Some(Field::Fitted(raster.clone(), fit)),
             Field::Constant(number) => Some(Field::Constant(fit.of(*number))),
-            Field::Fitted(..) | Field::District(_) => None,
+            Field::Fitted(..) | Field::District(_) | Field::Raised(..) => None,
         }
     }
 

@@ -31,6 +31,8 @@ pub struct ShapeContext {
     pub place: Vec2,
     /// The district there; empty where there is none.
     pub district: String,
+    /// The landmark that stands there; empty where there is none.
+    pub landmark: String,
     /// The land around.
     pub ground: Arc<dyn Ground>,
     /// Its chance.
@@ -49,6 +51,7 @@ impl ShapeContext {
             max_height: f64::INFINITY,
             place: Vec2::ZERO,
             district: String::new(),
+            landmark: String::new(),
             ground: Arc::new(BareGround),
             seed,
         }
@@ -132,6 +135,7 @@ pub(super) fn register(engine: &mut Engine) {
     property::<Asked, f64>(engine, "density", |a| a.shape.density);
     property::<Asked, f64>(engine, "max_height", |a| a.shape.max_height);
     property::<Asked, String>(engine, "district", |a| a.shape.district.clone());
+    property::<Asked, String>(engine, "landmark", |a| a.shape.landmark.clone());
     chance::<Asked>(engine, |a| a.shape.seed);
     ground::register::<Asked>(engine);
     FuncRegistration::new("none")

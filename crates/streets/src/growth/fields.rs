@@ -1,7 +1,7 @@
 //! What a tip can know of its place: the maps of the site, sampled.
 
-use super::Distances;
 use super::peaks::Peaks;
+use super::{Distances, Zones};
 use crate::districts::{Districts, PerDistrict};
 use geom::{Bounds, Raster, Vec2};
 use std::collections::BTreeMap;
@@ -18,6 +18,30 @@ pub enum Field {
     Fitted(Arc<Raster>, Fit),
     /// Another field in each district.
     District(Arc<PerDistrict<Field>>),
+    /// Another field, raised around some places.
+    Raised(Box<Field>, Arc<[Rise]>),
+}
+
+/// A hill added to a field around a place: what a landmark does to density, so that streets seek it like a centre of
+/// population.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rise {
+    /// Where it is highest, in metres.
+    pub at: Vec2,
+    /// How high; not negative.
+    pub height: f64,
+    /// How far it reaches, in metres; above 0.
+    pub reach: f64,
+}
+
+impl Rise {
+    /// What it adds at a place, and the change of that per metre: `height · (1 - d² / reach²)²`.
+    fn of(&self, place: Vec2) -> (f64, Vec2) {
+        let from_top = place - self.at;
+        let squared = self.reach * self.reach;
+        let share = (1.0 - from_top.length_squared() / squared).max(0.0);
+        (self.height * share * share, from_top * (-4.0 * self.height * share / squared))
+    }
 }
 
 /// How a value of a map becomes one in other units: `value × scale + offset`, held between `low` and `high`.
@@ -73,10 +97,11 @@ impl Field {
             Self::Map(raster) => raster.bilinear(place),
             Self::Fitted(raster, fit) => fit.of(raster.bilinear(place)),
             Self::District(fields) => fields.at(place).at(place),
+            Self::Raised(field, rises) => field.at(place) + rises.iter().map(|rise| rise.of(place).0).sum::<f64>(),
         }
     }
 
-    /// The least and the greatest value it has anywhere.
+    /// The least and the greatest value it has anywhere; of a raised one, bounds for them.
     pub fn range(&self) -> (f64, f64) {
         let over = |values: &mut dyn Iterator<Item = f64>| {
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
@@ -86,6 +111,10 @@ impl Field {
             Self::Map(raster) => over(&mut raster.values().iter().map(|&value| f64::from(value))),
             Self::Fitted(raster, fit) => over(&mut raster.values().iter().map(|&value| fit.of(f64::from(value)))),
             Self::District(fields) => over(&mut fields.values().flat_map(|field| [field.range().0, field.range().1])),
+            Self::Raised(field, rises) => {
+                let (low, high) = field.range();
+                (low, high + rises.iter().map(|rise| rise.height).sum::<f64>())
+            }
         }
     }
 
@@ -96,6 +125,9 @@ impl Field {
             Self::Map(raster) => raster.gradient(place),
             Self::Fitted(raster, fit) => raster.gradient(place) * fit.scale,
             Self::District(fields) => fields.at(place).gradient(place),
+            Self::Raised(field, rises) => {
+                rises.iter().fold(field.gradient(place), |gradient, rise| gradient + rise.of(place).1)
+            }
         }
     }
 }
@@ -123,6 +155,8 @@ pub struct Fields {
     pub peaks: Peaks,
     /// How far it is to what these maps mark.
     pub distances: Distances,
+    /// The ground of landmarks, and what else streets keep to.
+    pub zones: Zones,
 }
 
 impl Fields {
@@ -139,6 +173,7 @@ impl Fields {
             districts: Arc::default(),
             distances: Distances::default(),
             peaks: Peaks::default(),
+            zones: Zones::default(),
         }
     }
 
@@ -168,6 +203,7 @@ impl Fields {
         self.is_in_site(place)
             && self.legal.iter().all(|mask| mask.mask(place))
             && !self.barred.iter().any(|mask| mask.mask(place))
+            && self.zones.allow(place)
     }
 
     /// Density along a ray, each of `samples` samples weighted with the inverse of its distance: what a highway's end
@@ -206,10 +242,23 @@ mod tests {
         ) {
             let raster = Arc::new(Raster::new(4, 3, 10.0, Vec2::ZERO, values).unwrap());
             let fitted = Field::Fitted(raster.clone(), Fit::NONE.scaled(scale, 1.0).held(-5.0, 7.0));
-            for field in [Field::Map(raster), fitted] {
+            let rise = Rise { at: Vec2::new(15.0, 15.0), height: 4.0, reach: 20.0 };
+            let raised = Field::Raised(Box::new(Field::Map(raster.clone())), [rise, rise].into());
+            for field in [Field::Map(raster), fitted, raised] {
                 let ((low, high), value) = (field.range(), field.at(Vec2::new(x, y)));
                 prop_assert!(low - 1e-9 <= value && value <= high + 1e-9);
             }
         }
+    }
+
+    #[test]
+    fn a_rise_is_a_smooth_hill() {
+        let rise = Rise { at: Vec2::new(100.0, 50.0), height: 8.0, reach: 40.0 };
+        let field = Field::Raised(Box::new(Field::Constant(1.0)), [rise].into());
+        assert_eq!((field.at(rise.at), field.at(Vec2::new(140.0, 50.0)), field.at(Vec2::ZERO)), (9.0, 1.0, 1.0));
+        let (place, step) = (Vec2::new(112.0, 37.0), 1e-4);
+        let along = |axis: Vec2| (field.at(place + axis * step) - field.at(place - axis * step)) / (2.0 * step);
+        let gradient = field.gradient(place);
+        assert!((gradient - Vec2::new(along(Vec2::X), along(Vec2::Y))).length() < 1e-6, "{gradient}");
     }
 }

@@ -45,7 +45,7 @@ impl<'a> Ground<'a> {
         let cell = masks.map(|mask: &Arc<Raster>| mask.pixel_size()).fold(COARSEST_STEP, f64::min);
         let covers: Vec<_> = areas.map(|area| Cover::of(area, fields)).collect();
         // The cells of a mask may be finer, and the corners of a polygon anywhere.
-        let cell = if covers.is_empty() { cell } else { FINEST_STEP };
+        let cell = if covers.is_empty() { cell.min(fields.zones.cell(FINEST_STEP)) } else { FINEST_STEP };
         let max_slope = slope.map_or(f64::INFINITY, |slope| slope.most);
         let has_masks = legal.is_some() && !(fields.legal.is_empty() && fields.barred.is_empty());
         let least_angle = chain.least_angle().unwrap_or(Angle::ZERO);
@@ -53,7 +53,7 @@ impl<'a> Ground<'a> {
             fields,
             step: cell.max(FINEST_STEP),
             has_legal: legal.is_some(),
-            is_open: !has_masks && covers.is_empty() && max_slope.is_infinite(),
+            is_open: !has_masks && fields.zones.is_empty() && covers.is_empty() && max_slope.is_infinite(),
             covers,
             max_slope,
             legal_turns: legal.map_or_else(Vec::new, |legal| turns(&legal.turns)),
@@ -95,7 +95,10 @@ impl<'a> Ground<'a> {
     }
 
     fn is_legal_at(&self, place: Vec2) -> bool {
-        if self.has_legal { self.fields.is_legal(place) } else { self.fields.is_in_site(place) }
+        if self.has_legal {
+            return self.fields.is_legal(place);
+        }
+        self.fields.is_in_site(place) && self.fields.zones.allow(place)
     }
 
     /// Whether the whole line is fit: legal, inside the masks, and gentle enough.

@@ -29,6 +29,7 @@ mod peaks;
 mod prune;
 mod quarter;
 mod queue;
+mod rim;
 mod rings;
 mod seat;
 mod senses;
@@ -36,9 +37,10 @@ mod settings;
 mod smooth;
 mod steer;
 mod weight;
+mod zone;
 
 pub use blend::{Blend, BlendPart};
-pub use fields::{Field, Fields, Fit};
+pub use fields::{Field, Fields, Fit, Rise};
 pub use given::grow_from_streets;
 mod span;
 
@@ -56,12 +58,14 @@ pub use own::{Constrain, Draft, Own};
 pub use peaks::{Peak, Peaks};
 pub use prune::prune_dead_ends;
 pub use quarter::{Attachment, QuarterGrowth, QuarterSettings, grow_quarter};
+pub use rim::rim_mask;
 pub use rings::Rings;
 pub use settings::{Growth, Limits, SeedPoint};
 pub use smooth::{Smoothed, Smoothing, smooth};
 pub use steer::Steer;
 pub use tip::{GrowthRules, Home, Slot, Slots, Tip};
 pub use weight::Weight;
+pub use zone::Zones;
 
 #[cfg(test)]
 mod tests;

@@ -30,10 +30,22 @@ pub struct Peaks(OnceLock<Vec<Peak>>);
 impl Peaks {
     /// The peaks of a density map; none where no map tells it.
     pub fn of(&self, density: &Field) -> &[Peak] {
-        self.0.get_or_init(|| match density {
-            Field::Map(raster) => peaks(raster),
-            _ => Vec::new(),
-        })
+        self.0.get_or_init(|| found(density))
+    }
+}
+
+/// The peaks of a map, and those that were put on it.
+fn found(density: &Field) -> Vec<Peak> {
+    match density {
+        Field::Map(raster) => peaks(raster),
+        Field::Raised(field, rises) => {
+            let added = rises.iter().map(|rise| Peak { at: rise.at, density: density.at(rise.at) });
+            let mut all: Vec<Peak> = found(field).into_iter().chain(added).collect();
+            // Stable: of equals, those of the map first.
+            all.sort_by(|a, b| b.density.total_cmp(&a.density));
+            all
+        }
+        _ => Vec::new(),
     }
 }
 
@@ -167,6 +179,15 @@ mod tests {
                 assert!((peak.at - wanted).length() < 100.0, "{found:?}");
             }
         }
+    }
+
+    #[test]
+    fn rises_are_peaks_too() {
+        let rise = crate::growth::Rise { at: Vec2::new(2000.0, 500.0), height: 7000.0, reach: 800.0 };
+        let density = Field::Raised(Box::new(hills(&[(800.0, 900.0, 5000.0)], 0.0)), [rise].into());
+        let peaks = Peaks::default();
+        let found = peaks.of(&density);
+        assert_eq!((found.len(), found[0].at), (2, rise.at), "{found:?}");
     }
 
     #[test]

@@ -27,7 +27,10 @@ impl Ground<'_> {
         let samples = |from: f64, length: f64| (0..=(length / step) as u32).map(move |i| from + f64::from(i) * step);
         let shore = samples(0.0, reach).find(|&metres| !is_legal(metres))?;
         let far = samples(shore, longest).find(|&metres| is_legal(metres))?;
-        let spans = |metres: f64| bridge.over == Over::Any || self.fields.is_water(place(metres));
+        let spans = |metres: f64| match bridge.over {
+            Over::Any => !self.fields.zones.is_kept_free(place(metres)),
+            Over::Water => self.fields.is_water(place(metres)) && !self.fields.zones.is_kept_free(place(metres)),
+        };
         if !samples(shore, far - shore - step / 2.0).all(spans) || !samples(far, landing + step).all(is_legal) {
             return None;
         }

@@ -3,8 +3,8 @@
 use super::canvas::{Canvas, Colour, Lines, Pen, rectangle};
 use super::colouring::Colouring;
 use super::contour::{Samples, simplified};
-use super::style;
 use super::view::View;
+use super::{landmarks, style};
 use crate::City;
 use geom::{Point, Polygon, Raster};
 use layout::Use;
@@ -38,6 +38,7 @@ pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
     draw_streets(city, view, page, |level| level <= 0);
     page.part("bridges");
     draw_streets(city, view, page, |level| level > 0);
+    landmarks::draw(city, view, page);
 }
 
 /// What lies below everything built.
@@ -57,6 +58,7 @@ pub fn draw_coloured(city: &City, view: &View, colouring: &Colouring, page: &mut
     draw_parks(city, view, page);
     page.part("streets");
     draw_colours(city, view, colouring, page);
+    landmarks::draw(city, view, page);
 }
 
 /// Streets in their colours: level by level, lesser classes first, first all rims, then all fills.

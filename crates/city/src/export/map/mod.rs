@@ -7,6 +7,7 @@ mod canvas;
 mod colouring;
 mod contour;
 mod furniture;
+mod landmarks;
 mod layers;
 mod pixels;
 mod style;

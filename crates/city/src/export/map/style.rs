@@ -32,6 +32,9 @@ pub const LOW_BUILDING: Colour = Colour(0xd3, 0xc5, 0xb1);
 /// The highest buildings.
 pub const HIGH_BUILDING: Colour = Colour(0x7a, 0x5a, 0x4b);
 
+/// Landmarks and their names.
+pub const LANDMARK: Colour = Colour(0x8a, 0x2f, 0x24);
+
 /// Heights in metres that part the tones of buildings.
 pub const TONES: [f64; 5] = [10.0, 20.0, 40.0, 80.0, 150.0];
 
