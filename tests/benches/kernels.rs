@@ -1,20 +1,19 @@
-//! Speed of the kernels and how it grows with size: `cargo bench -p suite`.
+//! Speed of the kernels and how it grows with size: `cargo bench -p suite`, or some of it: `cargo bench -p suite -- insert`.
 //!
 //! Wall time on one thread. The same growth is timed with a rule in Rust and with `rules/streets/grid.rhai` in one run,
 //! so that the price of scripting is a ratio; each table ends with the exponent from its smallest to its largest size.
 #![allow(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
+#[path = "kernels/growth.rs"]
+mod growth;
 #[path = "kernels/land.rs"]
 mod land;
 
 use geom::point::units;
-use geom::{Angle, Bounds, Id, Point, Seed, Vec2};
-use script::{Faults, Host, StreetPattern};
-use std::sync::Arc;
+use geom::{Angle, Id, Point, Seed, Vec2};
 use std::time::Instant;
 use streets::faces::{FaceKind, Faces};
 use streets::graph::{Crowding, NewSegment};
-use streets::growth::{Fields, Growth, GrowthRules, Slot, Steer, Tip, grow};
 use streets::{Claim, Classes, NodeId, StreetGraph, StreetId};
 
 const SIZES: [usize; 4] = [10_000, 30_000, 100_000, 300_000];
@@ -36,14 +35,7 @@ fn main() {
         assert!(!faces.faces.is_empty());
         (graph.segment_count(), started.elapsed().as_secs_f64())
     });
-    table("growth, grid rule in Rust", "segments", |size| grown(size, &Grid));
-    let faults = Arc::new(Faults::default());
-    let rule = Host::new(Vec::new()).rule("streets/grid").expect("the library has a grid");
-    let rule = rule.with_text("heading", "0").and_then(|rule| rule.with_text("block_length", "250"));
-    let rule = rule.expect("the grid has these parameters");
-    let rhai = StreetPattern::new(rule, 0, Arc::new(Classes::default()), faults.clone());
-    table("growth, grid rule in Rhai", "segments", |size| grown(size, &rhai));
-    assert!(faults.is_empty());
+    growth::tables();
     table("recursive parcels, regions and cuts", "parcels", |size| {
         let blocks = land::blocks(size);
         let settings = layout::RecursiveSettings::default();
@@ -54,12 +46,21 @@ fn main() {
     });
 }
 
-/// Runs a measurement at all sizes, best of three, and prints rates and the exponent.
+/// Whether a table was asked for: all are when none is named.
+fn is_asked(name: &str) -> bool {
+    let mut words = std::env::args().skip(1).filter(|word| !word.starts_with("--")).peekable();
+    words.peek().is_none() || words.any(|word| name.contains(&word))
+}
+
+/// Runs a measurement at all sizes, best of five, and prints rates and the exponent.
 fn table(name: &str, unit: &str, measure: impl Fn(usize) -> (usize, f64)) {
+    if !is_asked(name) {
+        return;
+    }
     println!("{name}");
     let mut rows = Vec::new();
     for size in SIZES {
-        let (count, seconds) = (0..3).map(|_| measure(size)).min_by(|a, b| a.1.total_cmp(&b.1)).expect("three runs");
+        let (count, seconds) = (0..5).map(|_| measure(size)).min_by(|a, b| a.1.total_cmp(&b.1)).expect("five runs");
         println!("  {count:>8} {unit} {:>9.1} ms {:>10.0} /s", seconds * 1e3, count as f64 / seconds);
         rows.push((count as f64, seconds));
     }
@@ -97,36 +98,4 @@ fn insert_all(lines: &[(Point, Point)]) -> StreetGraph {
         let _ = graph.insert(&NewSegment { from, to, from_id, to_id, claim, level: 0 }, Crowding::Refuse);
     }
     graph
-}
-
-/// Grows about `size` segments on open land.
-fn grown(size: usize, rules: &dyn GrowthRules) -> (usize, f64) {
-    let side = (size as f64 / 2.0 * 250.0 * 80.0).sqrt();
-    let bounds = Bounds { min: Point::new(0, 0), max: Point::from_metres(Vec2::splat(side)) };
-    let fields = Arc::new(Fields::plain(bounds));
-    let growth = Growth::new(Classes::MINOR, units(8.0), Seed(1), Id::root("bench", &[]));
-    let seed = growth.seed_point(Point::from_metres(Vec2::splat(side / 2.0)), Angle::ZERO, 0);
-    let mut graph = StreetGraph::new(Classes::default());
-    let started = Instant::now();
-    let log = grow(&mut graph, &growth, rules, &fields, &[seed], &|| false);
-    (log.accepted.len(), started.elapsed().as_secs_f64())
-}
-
-/// What `rules/streets/grid.rhai` says, in Rust.
-struct Grid;
-
-impl GrowthRules for Grid {
-    fn propose(&self, tip: &mut Tip) {
-        let heading = Angle::ZERO;
-        tip.steer(Steer::Raster { heading, along: 250.0, across: 80.0, origin: Vec2::ZERO });
-        let along = tip.runs_along(heading);
-        let slot = |length: f64| Some(Slot { length, turn: Angle::ZERO, delay: 0, width: None });
-        tip.slots.ahead = slot(if along { 250.0 } else { 80.0 });
-        tip.slots.left = slot(if along { 80.0 } else { 250.0 });
-        tip.slots.right = tip.slots.left;
-    }
-
-    fn origin(&self) -> u16 {
-        0
-    }
 }

@@ -8,35 +8,41 @@ use smallvec::SmallVec;
 /// log2 of the cell size in LSB: 128 m, about the length of a street segment.
 const CELL_SHIFT: u32 = 17;
 
-/// Segments by grid cell.
+/// Segments by grid cell, each with its box: most of a cell is told from what is asked for without a look at the arenas.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SegmentIndex {
-    cells: FxHashMap<(i32, i32), SmallVec<[SegmentKey; 6]>>,
+    cells: FxHashMap<(i32, i32), SmallVec<[Entry; 6]>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    bounds: Bounds,
+    key: SegmentKey,
 }
 
 impl SegmentIndex {
     pub(crate) fn insert(&mut self, key: SegmentKey, a: Point, b: Point) {
-        for_cells_along(a, b, |cell| self.cells.entry(cell).or_default().push(key));
+        let bounds = Bounds::between(a, b);
+        for_cells_along(a, b, |cell| self.cells.entry(cell).or_default().push(Entry { bounds, key }));
     }
 
     pub(crate) fn remove(&mut self, key: SegmentKey, a: Point, b: Point) {
         for_cells_along(a, b, |cell| {
-            if let Some(keys) = self.cells.get_mut(&cell)
-                && let Some(at) = keys.iter().position(|&k| k == key)
+            if let Some(entries) = self.cells.get_mut(&cell)
+                && let Some(at) = entries.iter().position(|entry| entry.key == key)
             {
-                keys.swap_remove(at);
+                entries.swap_remove(at);
             }
         });
     }
 
-    /// Keys of all segments that may touch the box, sorted, each once.
+    /// Keys of all segments whose box overlaps the box, sorted, each once.
     pub(crate) fn near(&self, bounds: Bounds) -> SmallVec<[SegmentKey; 32]> {
         let mut found = SmallVec::new();
         for cx in bounds.min.x >> CELL_SHIFT..=bounds.max.x >> CELL_SHIFT {
             for cy in bounds.min.y >> CELL_SHIFT..=bounds.max.y >> CELL_SHIFT {
-                if let Some(keys) = self.cells.get(&(cx, cy)) {
-                    found.extend_from_slice(keys);
-                }
+                let entries = self.cells.get(&(cx, cy)).into_iter().flatten();
+                found.extend(entries.filter(|entry| entry.bounds.overlaps(&bounds)).map(|entry| entry.key));
             }
         }
         found.sort_unstable();

@@ -26,13 +26,8 @@ impl StreetGraph {
     }
 
     /// Calls `f` for each segment of any level whose box overlaps the box, by key, each once.
-    pub fn for_segments_near(&self, bounds: Bounds, mut f: impl FnMut(SegmentKey)) {
-        for key in self.index.near(bounds) {
-            let (a, b) = self.line(key.forward());
-            if Bounds::between(a, b).overlaps(&bounds) {
-                f(key);
-            }
-        }
+    pub fn for_segments_near(&self, bounds: Bounds, f: impl FnMut(SegmentKey)) {
+        self.index.near(bounds).into_iter().for_each(f);
     }
 
     /// Whether a node has a segment of that level.
