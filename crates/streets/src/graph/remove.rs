@@ -73,7 +73,7 @@ impl StreetGraph {
         while next < touched.len() {
             for &arm in self.halves_ccw(touched[next]) {
                 let node = self.target(arm);
-                if self.node(node).maker == street && !touched.contains(&node) {
+                if self.maker(node) == street && !touched.contains(&node) {
                     touched.push(node);
                 }
             }
@@ -88,7 +88,7 @@ impl StreetGraph {
             return false;
         }
         let streets = self.streets_at(node);
-        if streets.len() > 1 && self.node(node).maker != removed {
+        if streets.len() > 1 && self.maker(node) != removed {
             return false;
         }
         let mut through: SmallVec<[([NodeKey; 2], i8); 2]> = SmallVec::new();

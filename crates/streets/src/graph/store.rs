@@ -79,10 +79,16 @@ pub struct Node {
     pub at: Point,
     /// Outgoing halves, counter-clockwise from east; equal directions by level.
     pub(crate) arms: SmallVec<[HalfKey; 4]>,
+}
+
+/// What is asked of a node when streets come and go, not when places are: kept apart, so that what lies around a place
+/// fits the cache.
+#[derive(Clone, Debug)]
+pub(crate) struct NodeStreets {
     /// Streets that turn or end here, sorted.
-    pub(crate) pins: SmallVec<[StreetId; 2]>,
+    pub pins: SmallVec<[StreetId; 2]>,
     /// The street whose insertion made the node.
-    pub(crate) maker: StreetId,
+    pub maker: StreetId,
 }
 
 /// A straight piece of street between two nodes.
@@ -125,6 +131,8 @@ impl Segment {
 pub struct StreetGraph {
     pub(crate) classes: Classes,
     pub(crate) nodes: Vec<Option<Node>>,
+    /// By node key; of no meaning where there is no node.
+    pub(crate) node_streets: Vec<NodeStreets>,
     pub(crate) segments: Vec<Option<Segment>>,
     pub(crate) free_nodes: Vec<u32>,
     pub(crate) free_segments: Vec<u32>,
@@ -142,6 +150,7 @@ impl StreetGraph {
         Self {
             classes,
             nodes: Vec::new(),
+            node_streets: Vec::new(),
             segments: Vec::new(),
             free_nodes: Vec::new(),
             free_segments: Vec::new(),
@@ -244,7 +253,12 @@ impl StreetGraph {
 
     /// Streets that turn or end at the node, sorted by id.
     pub fn pins(&self, node: NodeKey) -> &[StreetId] {
-        &self.node(node).pins
+        &self.node_streets[node.0 as usize].pins
+    }
+
+    /// The street whose insertion made the node.
+    pub(crate) fn maker(&self, node: NodeKey) -> StreetId {
+        self.node_streets[node.0 as usize].maker
     }
 
     /// The level of a half's segment.
@@ -295,7 +309,7 @@ impl StreetGraph {
         for key in self.nodes_by_id() {
             let node = self.node(key);
             parts.extend([node.id.0.0, u128::from(node.at.x as u32) << 32 | u128::from(node.at.y as u32)]);
-            parts.extend(node.pins.iter().map(|pin| pin.0.0));
+            parts.extend(self.pins(key).iter().map(|pin| pin.0.0));
         }
         for key in self.segments_by_id() {
             let segment = self.segment(key);

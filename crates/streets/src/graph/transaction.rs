@@ -1,5 +1,6 @@
 //! The low-level changes and their undo log: an operation either commits whole or leaves nothing behind.
 
+use super::store::NodeStreets;
 use super::{Claim, Node, NodeKey, Segment, SegmentKey, StreetGraph};
 use crate::{NodeId, SegmentId, StreetId};
 use geom::Point;
@@ -9,7 +10,7 @@ use smallvec::SmallVec;
 #[derive(Clone, Debug)]
 pub(crate) enum Undo {
     AddedNode(NodeKey),
-    KilledNode(NodeKey, Box<Node>),
+    KilledNode(NodeKey, Box<(Node, NodeStreets)>),
     AddedSegment(SegmentKey),
     KilledSegment(SegmentKey, Box<Segment>),
     Claims(SegmentKey, SegmentId, SmallVec<[Claim; 1]>),
@@ -45,7 +46,7 @@ impl StreetGraph {
                 Undo::AddedNode(key) => {
                     self.unplace_node(key);
                 }
-                Undo::KilledNode(key, node) => self.place_node(key, *node),
+                Undo::KilledNode(key, node) => self.place_node(key, node.0, node.1),
                 Undo::AddedSegment(key) => {
                     self.unplace_segment(key);
                 }
@@ -53,11 +54,7 @@ impl StreetGraph {
                 Undo::Claims(key, id, claims) => {
                     self.exchange_claims(key, id, claims);
                 }
-                Undo::Pins(key, pins) => {
-                    if let Some(node) = &mut self.nodes[key.0 as usize] {
-                        node.pins = pins;
-                    }
-                }
+                Undo::Pins(key, pins) => self.node_streets[key.0 as usize].pins = pins,
             }
         }
     }
@@ -75,7 +72,11 @@ impl StreetGraph {
             Some(&slot) => NodeKey(slot),
             None => NodeKey(self.nodes.len() as u32),
         };
-        self.place_node(key, Node { id: free, at, arms: SmallVec::new(), pins: SmallVec::new(), maker });
+        self.place_node(
+            key,
+            Node { id: free, at, arms: SmallVec::new() },
+            NodeStreets { pins: SmallVec::new(), maker },
+        );
         self.log.push(Undo::AddedNode(key));
         key
     }
@@ -84,7 +85,8 @@ impl StreetGraph {
     pub(crate) fn kill_node(&mut self, key: NodeKey) {
         debug_assert!(self.halves_ccw(key).is_empty());
         let node = self.unplace_node(key);
-        self.log.push(Undo::KilledNode(key, Box::new(node)));
+        let streets = self.node_streets[key.0 as usize].clone();
+        self.log.push(Undo::KilledNode(key, Box::new((node, streets))));
     }
 
     /// Adds a segment whose claims run from `ends[0]` to `ends[1]` where `forward`; claims are sorted here.
@@ -124,7 +126,7 @@ impl StreetGraph {
     /// Pins a node by a street.
     pub(crate) fn pin(&mut self, key: NodeKey, street: StreetId) {
         if let Err(slot) = self.pins(key).binary_search(&street) {
-            let mut pins = self.node(key).pins.clone();
+            let mut pins = self.node_streets[key.0 as usize].pins.clone();
             pins.insert(slot, street);
             self.exchange_pins(key, pins);
         }
@@ -133,17 +135,15 @@ impl StreetGraph {
     /// Takes a street's pin from a node.
     pub(crate) fn unpin(&mut self, key: NodeKey, street: StreetId) {
         if let Ok(slot) = self.pins(key).binary_search(&street) {
-            let mut pins = self.node(key).pins.clone();
+            let mut pins = self.node_streets[key.0 as usize].pins.clone();
             pins.remove(slot);
             self.exchange_pins(key, pins);
         }
     }
 
     fn exchange_pins(&mut self, key: NodeKey, pins: SmallVec<[StreetId; 2]>) {
-        if let Some(node) = &mut self.nodes[key.0 as usize] {
-            let old = std::mem::replace(&mut node.pins, pins);
-            self.log.push(Undo::Pins(key, old));
-        }
+        let old = std::mem::replace(&mut self.node_streets[key.0 as usize].pins, pins);
+        self.log.push(Undo::Pins(key, old));
     }
 
     fn segment_id(&self, ends: [NodeKey; 2], level: i8, leading: &Claim) -> SegmentId {
@@ -152,8 +152,12 @@ impl StreetGraph {
         SegmentId::between(leading.street, start, end, level)
     }
 
-    fn place_node(&mut self, key: NodeKey, node: Node) {
+    fn place_node(&mut self, key: NodeKey, node: Node, streets: NodeStreets) {
         self.node_ids.insert(node.id, key);
+        match self.node_streets.get_mut(key.0 as usize) {
+            Some(slot) => *slot = streets,
+            None => self.node_streets.push(streets),
+        }
         take_slot(&mut self.nodes, &mut self.free_nodes, key.0, node);
     }
 
