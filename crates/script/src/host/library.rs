@@ -29,7 +29,7 @@ pub trait Library: Send + Sync + Debug {
 }
 
 /// The files of the `rules` folder, embedded: name with `.rhai`, text.
-const EMBEDDED: [(&str, &str); 15] = [
+const EMBEDDED: [(&str, &str); 16] = [
     ("buildings/extruded.rhai", include_str!("../../../../rules/buildings/extruded.rhai")),
     ("buildings/zoned.rhai", include_str!("../../../../rules/buildings/zoned.rhai")),
     ("constraints/clear_of_parks.rhai", include_str!("../../../../rules/constraints/clear_of_parks.rhai")),
@@ -39,6 +39,7 @@ const EMBEDDED: [(&str, &str); 15] = [
     ("parcels/recursive.rhai", include_str!("../../../../rules/parcels/recursive.rhai")),
     ("parcels/zoned.rhai", include_str!("../../../../rules/parcels/zoned.rhai")),
     ("streets/contour.rhai", include_str!("../../../../rules/streets/contour.rhai")),
+    ("streets/corniche.rhai", include_str!("../../../../rules/streets/corniche.rhai")),
     ("streets/grid.rhai", include_str!("../../../../rules/streets/grid.rhai")),
     ("streets/highway.rhai", include_str!("../../../../rules/streets/highway.rhai")),
     ("streets/loose_grid.rhai", include_str!("../../../../rules/streets/loose_grid.rhai")),
