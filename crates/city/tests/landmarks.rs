@@ -136,7 +136,7 @@ fn a_street_around_it_makes_it_a_block() {
     assert_eq!(city.parcels.iter().filter(|other| other.block == parcel.block).count(), 1, "nothing else in its block");
     assert!((parcel.polygon.area() - 15_000.0).abs() < 5.0, "{}", parcel.polygon.area());
     let side = |key: &streets::NodeKey| {
-        let own = |claims: &[streets::Claim]| claims.iter().any(|claim| city.street_names.get(&claim.street).is_some());
+        let own = |claims: &[streets::Claim]| claims.iter().any(|claim| city.street_names.contains_key(&claim.street));
         city.graph.halves_ccw(*key).iter().filter(|arm| !own(city.graph.segment(arm.segment()).claims())).count()
     };
     let ring = city.runs.iter().filter(|run| city.street_names.get(&run.street).is_some_and(|name| name == "Square"));
