@@ -2,7 +2,7 @@
 
 use streets::StreetGraph;
 use streets::graph::Crowding;
-use streets::growth::{Accepted, Chain, GrowthLog, MergeLog, QuarterGrowth, attach};
+use streets::growth::{Accepted, GrowthLog, MergeLog, QuarterGrowth, attach};
 
 /// What the growth of a city did, stage by stage.
 ///
@@ -35,8 +35,6 @@ pub enum Grown {
     InQuarters {
         /// Quarter by quarter, what lies outside all of them last.
         growths: Vec<QuarterGrowth>,
-        /// What the attachment kept to.
-        constraints: Chain,
         /// What the attachment did.
         merge: MergeLog,
     },
@@ -123,9 +121,9 @@ fn lay(graph: &mut StreetGraph, grown: &Grown, step: u32) {
                     .or_else(|_| graph.insert(&accepted.line, Crowding::Join));
             }
         }
-        Grown::InQuarters { growths, constraints, .. } => {
+        Grown::InQuarters { growths, .. } => {
             let growths: Vec<QuarterGrowth> = growths.iter().map(|growth| up_to(growth, step)).collect();
-            attach(graph, &growths, constraints);
+            attach(graph, &growths);
         }
     }
 }

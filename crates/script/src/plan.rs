@@ -469,6 +469,12 @@ impl Plan {
             let Some(plan) = plan else { continue };
             plan.settle_width(&places).map_err(|error| within(class, error))?;
             // A goal that cannot be told is a fault of the build.
+            if plan.constraints.iter().any(|rule| rule.params().iter().any(|(_, value)| value.constant().is_none())) {
+                plan.masks().map_err(|fault| {
+                    let error = ParamError { message: fault.message, hint: fault.hint };
+                    within(&format!("{class}.constraints"), error)
+                })?;
+            }
             let goal = plan.goal().ok().flatten();
             goal.map_or(Ok(()), |goal| goal.check(&places))
                 .map_err(|error| within(&format!("{class}.goals"), error))?;

@@ -10,7 +10,7 @@ use script::{
     StreetPattern,
 };
 use std::sync::Arc;
-use streets::growth::{Field, GrowthRules};
+use streets::growth::{Chain, Field, GrowthRules, Step};
 use streets::{Classes, Districts};
 
 /// Streets of `p.width` metres, with `p.count` steps of delay and a turn where `p.style` says so.
@@ -210,11 +210,111 @@ fn districts_have_patterns_of_their_own() {
     assert!(says("by_district(#{ harbour: 3 }, rule(\"mine\"))").contains("must be rule"));
 }
 
+/// The chain of majors that keep to a rule with these values.
+fn chain(rule: &str, values: &str) -> Result<Chain, String> {
+    let text =
+        format!("majors: streets(#{{ pattern: rule(\"mine\"), constraints: rule(\"{rule}\", #{{ {values} }}) }})");
+    let mut plan = city("", &text).map_err(|fault| format!("{} {:?}", headline(&fault), fault.hint))?;
+    plan.settle(places()).map_err(|error| format!("{} {:?}", error.message, error.hint))?;
+    let majors = plan.majors.expect("majors");
+    Ok(majors.chain(Chain::new(Vec::new()), &Arc::default(), &Arc::default()).expect("a chain"))
+}
+
+/// The steps that hold for what starts in the old town, and in the middle of the east.
+fn steps_at(chain: &Chain) -> [Vec<Step>; 2] {
+    [100.0, 750.0].map(|x| chain.at(Vec2::new(x, 500.0)).expect("it differs by place").steps().to_vec())
+}
+
 #[test]
-fn what_is_told_once_does_not_differ_by_place() {
-    let text = "majors: streets(#{ pattern: rule(\"mine\"), constraints: rule(\"constraints/standard\", #{ snap: by_district(#{ harbour: 9 }) }) })";
-    let told = headline(&city("", text).expect_err("constraints hold everywhere"));
-    assert!(told.contains("a value that differs by place"), "{told}");
+fn every_number_of_the_standard_chain_differs_by_place() {
+    let both = |low: &str, high: &str| format!("by_district(#{{ \"old town\": {low} }}, {high})");
+    for (name, low, high) in [
+        ("snap", "3", "9"),
+        ("extend", "1", "2"),
+        ("extend_most", "10", "50"),
+        ("duplicate", "4", "8"),
+        ("least_length", "5", "20"),
+        ("longest", "100", "500"),
+        ("least_angle", "20", "40"),
+        ("prune", "0.25", "0.75"),
+        ("turn_most", "30", "90"),
+        ("bridge", "200", "400"),
+        ("bridge_spacing", "50", "500"),
+        ("max_slope", "0.05", "0.5"),
+    ] {
+        let is_bridge = name == "bridge_spacing";
+        let with = |value: &str| match is_bridge {
+            true => format!("bridge: 300, {name}: {value}"),
+            false => format!("{name}: {value}"),
+        };
+        let by_place = chain("constraints/standard", &with(&both(low, high))).unwrap_or_else(|wrong| panic!("{wrong}"));
+        let plain = [low, high].map(|value| chain("constraints/standard", &with(value)).expect("plain"));
+        assert!(plain.iter().all(|chain| chain.at(Vec2::ZERO).is_none()), "{name}: the same everywhere");
+        assert_eq!(steps_at(&by_place), plain.map(|chain| chain.steps().to_vec()), "{name}");
+    }
+}
+
+#[test]
+fn numbers_of_chains_are_read_from_maps_too() {
+    let values = "tunnel: site.map(\"density\").between(0, 400), arms: site.map(\"density\").scale(4, 3).clamp(3, 6), \
+                  max_slope: by_district(#{ harbour: 0.2 }, site.map(\"density\").between(0.05, 0.25))";
+    let chain = chain("constraints/mountain", values).unwrap_or_else(|wrong| panic!("{wrong}"));
+    let [west, east] = steps_at(&chain);
+    let arms = |steps: &[Step]| steps.iter().find_map(|s| if let Step::Arms(most) = s { Some(*most) } else { None });
+    assert_eq!([arms(&west), arms(&east)], [Some(3), Some(6)]);
+    let slope = |steps: &[Step]| {
+        let found = steps.iter().find_map(|s| if let Step::Slope(slope) = s { Some(*slope) } else { None });
+        found.map(|slope| ((slope.most * 100.0).round(), slope.tunnel.round())).expect("a slope")
+    };
+    assert_eq!([slope(&west), slope(&east)], [(7.0, 38.0), (20.0, 301.0)]);
+    let harbour = chain.at(Vec2::new(900.0, 100.0)).expect("differs");
+    assert_eq!(slope(harbour.steps()).0, 20.0);
+}
+
+#[test]
+fn a_map_of_values_differs_by_place_too() {
+    let host = Host::new(vec![shelf(&[
+        ("mine.rhai", MINE),
+        (
+            "own.rhai",
+            "params(#{ reach: metres(5).range(0, 100) });\nfn constraints(p) { #{ snap: p.reach, turn_most: p.reach } }",
+        ),
+    ])]);
+    let text = "let site = site(\"maps\");\ncity(#{ site: site, districts: site.districts(\"districts\", #{ \"old town\": \"#c0392b\", harbour: \"#2980b9\" }),\n\
+                majors: streets(#{ pattern: rule(\"mine\"), constraints: rule(\"own\", #{ reach: by_district(#{ \"old town\": 3 }, 7) }) }) });";
+    let source = Source { text: text.into(), path: "city.rhai".into() };
+    let mut plan = host.plan(&source, Arc::new(Folders)).unwrap_or_else(|fault| panic!("{fault}")).plan;
+    plan.settle(places()).expect("settles");
+    let chain = plan.majors.expect("majors").chain(Chain::new(Vec::new()), &Arc::default(), &Arc::default());
+    let [west, east] = steps_at(&chain.expect("a chain"));
+    let reach = |steps: &[Step]| -> Vec<f64> {
+        let of = |step: &Step| match step {
+            Step::Snap(metres) | Step::Join(metres) => Some(*metres),
+            Step::Legal(legal) => Some(legal.turns.most.to_degrees().round()),
+            Step::Slope(slope) => Some(slope.turns.most.to_degrees().round()),
+            _ => None,
+        };
+        steps.iter().filter_map(of).collect()
+    };
+    assert_eq!((reach(&west), reach(&east)), (vec![3.0; 4], vec![7.0; 4]));
+}
+
+#[test]
+fn constraints_by_place_are_refused_where_they_make_no_sense() {
+    let says = |rule: &str, values: &str| chain(rule, values).expect_err("wrong");
+    for (values, wrong) in [
+        ("turn_step: by_district(#{ harbour: 9 }, 3)", "`turn_step` must be a number"),
+        ("turn_first: by_district(#{ harbour: true }, false)", "`turn_first` must be true or false"),
+        ("bridge_first: by_district(#{ harbour: true }, false)", "`bridge_first` must be true or false"),
+        ("bridge_over: by_district(#{ harbour: \"any\" }, \"water\")", "`bridge_over` must be a text"),
+    ] {
+        let told = says("constraints/standard", values);
+        assert!(told.contains(wrong) && told.contains("this holds for the whole city"), "{values}: {told}");
+    }
+    let told = says("constraints/standard", "snap: site.map(\"density\").scale(9000)");
+    assert!(told.contains("`snap` must be a number from 0 to 1000 m, but"), "{told}");
+    let told = says("constraints/standard", "snap: by_district(#{ moon: 3 }, 5)");
+    assert!(told.contains("`snap` differs in `moon`"), "{told}");
 }
 
 #[test]

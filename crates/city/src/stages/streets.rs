@@ -336,7 +336,7 @@ fn grow_minors(
         rayon::join(|| faces.par_iter().map(fill).collect(), || outskirts.as_ref().map(fill_outside));
     context.check()?;
     grown.extend(rim);
-    let merge = attach(&mut network.graph, &grown, &outside.settings.growth.constraints);
+    let merge = attach(&mut network.graph, &grown);
     for growth in &grown {
         report.grown("minors", &growth.log);
     }
@@ -348,8 +348,7 @@ fn grow_minors(
         network.graph.total_length() / 1000.0
     );
     context.progress.end(Stage::Minors, &outcome);
-    let constraints = outside.settings.growth.constraints.clone();
-    network.traced(Stage::Minors.name(), Grown::InQuarters { growths: grown, constraints, merge });
+    network.traced(Stage::Minors.name(), Grown::InQuarters { growths: grown, merge });
     Ok(outside.settings.growth)
 }
 

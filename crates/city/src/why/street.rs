@@ -137,7 +137,8 @@ fn tell_dropped(own: &BTreeSet<Id>, trace: &Trace, answer: &mut Answer) {
             let (id, parent) = (dropped.lineage.id, dropped.lineage.parent);
             if own.contains(&id) || own.contains(&parent) {
                 let what = if own.contains(&id) { "part of it" } else { "a street from its end" };
-                answer.tell("dropped", format!("{what} grew in the quarter but was left out: {}", dropped.refusal));
+                let how = if dropped.is_shortened { "ends before the rim" } else { "was left out" };
+                answer.tell("dropped", format!("{what} grew in the quarter but {how}: {}", dropped.reason));
             }
         }
     }

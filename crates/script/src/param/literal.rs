@@ -117,7 +117,7 @@ impl Domain {
     }
 
     /// Holds a value against ranges and words.
-    pub(super) fn check(&self, literal: Literal) -> Result<Literal, Misfit> {
+    pub(crate) fn check(&self, literal: Literal) -> Result<Literal, Misfit> {
         let inside = match (self, &literal) {
             (Self::Number { range: (low, high), .. }, Literal::Number(x)) => x.is_finite() && low <= x && x <= high,
             (Self::Whole { range: (low, high) }, Literal::Whole(x)) => low <= x && x <= high,

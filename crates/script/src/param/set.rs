@@ -98,6 +98,11 @@ impl ParamSet {
         Ok(Self::of(self.declared.clone(), values.into(), self.places.clone()))
     }
 
+    /// What values by place are read from, once the plan is settled.
+    pub(crate) fn places(&self) -> Option<&Places> {
+        self.places.as_deref()
+    }
+
     /// What a script gets as `p`.
     pub(crate) fn ready(&self) -> Params {
         self.ready.clone()

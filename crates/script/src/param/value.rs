@@ -49,6 +49,15 @@ impl Value {
         }
     }
 
+    /// Every plain value in it.
+    pub(crate) fn constants(&self) -> Box<dyn Iterator<Item = &Literal> + '_> {
+        match self {
+            Self::Constant(literal) => Box::new(std::iter::once(literal)),
+            Self::Map(_) => Box::new(std::iter::empty()),
+            Self::District(values) => Box::new(values.all().flat_map(Self::constants)),
+        }
+    }
+
     /// The maps it is read from.
     pub fn maps(&self) -> Vec<&MapRef> {
         match self {

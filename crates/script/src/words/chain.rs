@@ -1,8 +1,8 @@
 //! What streets keep to: `constraints(p)` answers with a chain of named steps, or a map of the standard chain's values.
 
+use super::numbers::{Differing, Numbers, Range};
 use super::once::complaint;
 use super::options::{Options, pair};
-use super::within;
 use crate::fault::{Complaint, Fault, Refusal};
 use crate::host::kind_of;
 use crate::plan::MapRef;
@@ -12,18 +12,25 @@ use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use streets::growth::{
-    Area, BRIDGE_SPACING, Bridge, Chain, Constraints, Duplicate, Extend, Legal, Length, MOST_STEPS, Over, Own, Slope,
-    Step, TurnSearch,
+    Area, BRIDGE_SPACING, Bridge, Chain, Constraints, Duplicate, Extend, Legal, Length, MOST_STEPS, Over, Own,
+    Quantity, Slope, Step, TurnSearch, Varying,
 };
 
-/// Longest length that a constraint may name, in metres.
-const FARTHEST: f64 = 10_000.0;
+/// What a length of a constraint may be.
+const METRES: Range = Range::of(0.0, 10_000.0, " m");
+/// What an angle of a constraint may be.
+const TURN: Range = Range::of(0.0, 180.0, "°");
+/// What a slope may be.
+const SLOPE: Range = Range::of(0.0, 100.0, "");
+/// Within which multiple of its length a street may go on.
+const FACTOR: Range = Range::of(1.0, 100.0, "");
+const SHARE: Range = Range::of(0.0, 1.0, "");
 
 /// A step as a rule names it.
 #[derive(Clone, Debug)]
 enum Link {
-    /// One of the kernel's.
-    Native(&'static str, Step),
+    /// One of the kernel's, with what of it differs by place.
+    Native(&'static str, Step, Vec<Differing>),
     /// The rule's own `constrain(segment, p)`.
     Own,
 }
@@ -31,14 +38,14 @@ enum Link {
 impl Link {
     fn name(&self) -> &'static str {
         match self {
-            Self::Native(name, _) => name,
+            Self::Native(name, ..) => name,
             Self::Own => "own",
         }
     }
 
     /// Whether a chain may hold several.
     fn repeats(&self) -> bool {
-        matches!(self, Self::Native(_, Step::Mask(_)))
+        matches!(self, Self::Native(_, Step::Mask(_), _))
     }
 }
 
@@ -85,27 +92,35 @@ fn ground(engine: &mut Engine) {
 fn streets(engine: &mut Engine) {
     FuncRegistration::new("crossing")
         .with_comments(["/// A street that crosses another ends there."])
-        .register_into_engine(engine, || Link::Native("crossing", Step::Crossing));
+        .register_into_engine(engine, || Link::Native("crossing", Step::Crossing, Vec::new()));
     let one = |engine: &mut Engine,
                name: &'static str,
                doc: &'static str,
                argument: &'static str,
-               make: fn(&Dynamic) -> Result<Step, Complaint>| {
-        FuncRegistration::new(name)
-            .with_params_info([argument])
-            .with_comments([doc])
-            .register_into_engine(engine, move |value: Dynamic| -> Told { Ok(Link::Native(name, make(&value)?)) });
+               make: fn(&Dynamic, &mut Numbers) -> Result<Step, Complaint>| {
+        FuncRegistration::new(name).with_params_info([argument]).with_comments([doc]).register_into_engine(
+            engine,
+            move |value: Dynamic| -> Told {
+                let mut numbers = Numbers::default();
+                let step = make(&value, &mut numbers)?;
+                Ok(Link::Native(name, step, numbers.0))
+            },
+        );
     };
     one(
         engine,
         "snap",
         "/// A street that ends, or passes a crossing, closer than this goes to it.",
         "metres",
-        |value| Ok(Step::Snap(metres("the snapping distance", value)?)),
+        |value, numbers| Ok(Step::Snap(numbers.read("the snapping distance", value, METRES, &[Quantity::Snap])?)),
     );
-    one(engine, "join", "/// A street that ends beside another, closer than this, goes to it.", "metres", |value| {
-        Ok(Step::Join(metres("the joining distance", value)?))
-    });
+    one(
+        engine,
+        "join",
+        "/// A street that ends beside another, closer than this, goes to it.",
+        "metres",
+        |value, numbers| Ok(Step::Join(numbers.read("the joining distance", value, METRES, &[Quantity::Join])?)),
+    );
     FuncRegistration::new("duplicate")
         .with_params_info(["metres"])
         .with_comments(["/// Near-parallel streets closer than this are one too many."])
@@ -113,11 +128,12 @@ fn streets(engine: &mut Engine) {
     FuncRegistration::new("duplicate")
         .with_params_info(["metres", "#{ whole }"])
         .register_into_engine(engine, |within: Dynamic, options: Map| -> Told { Ok(duplicate(&within, options)?) });
-    one(engine, "angle", "/// Least angle between streets at a crossing.", "degrees", |value| {
-        Ok(Step::Angle(Angle::degrees(within("the least angle", value, 0.0, 180.0, "°")?)))
+    one(engine, "angle", "/// Least angle between streets at a crossing.", "degrees", |value, numbers| {
+        Ok(Step::Angle(Angle::degrees(numbers.read("the least angle", value, TURN, &[Quantity::Angle])?)))
     });
-    one(engine, "arms", "/// Most streets that meet in a crossing.", "count", |value| {
-        Ok(Step::Arms(within("the most streets of a crossing", value, 2.0, 100.0, "")? as u32))
+    one(engine, "arms", "/// Most streets that meet in a crossing.", "count", |value, numbers| {
+        let range = Range::of(2.0, 100.0, "");
+        Ok(Step::Arms(numbers.read("the most streets of a crossing", value, range, &[Quantity::Arms])? as u32))
     });
     FuncRegistration::new("extend")
         .with_params_info(["factor", "most"])
@@ -127,57 +143,62 @@ fn streets(engine: &mut Engine) {
         .register_into_engine(engine, |factor: Dynamic, most: Dynamic| -> Told { Ok(extend(&factor, &most)?) });
 }
 
-fn metres(what: &str, value: &Dynamic) -> Result<f64, Complaint> {
-    within(what, value, 0.0, FARTHEST, " m")
-}
-
 fn length(least: &Dynamic, longest: &Dynamic) -> Result<Link, Complaint> {
-    let (least, longest) = (metres("the least length", least)?, metres("the longest length", longest)?);
-    if least > longest {
+    let mut numbers = Numbers::default();
+    let least = numbers.read("the least length", least, METRES, &[Quantity::LeastLength])?;
+    let longest = numbers.read("the longest length", longest, METRES, &[Quantity::Longest])?;
+    // Where they differ by place, nothing is laid where the least is the greater.
+    if least > longest && numbers.0.is_empty() {
         return Err(Complaint::new(format!("the least length ({least} m) is greater than the longest ({longest} m)")));
     }
-    Ok(Link::Native("length", Step::Length(Length { least, longest })))
+    Ok(Link::Native("length", Step::Length(Length { least, longest }), numbers.0))
 }
 
 fn extend(factor: &Dynamic, most: &Dynamic) -> Result<Link, Complaint> {
-    let factor = within("the multiple of the length", factor, 1.0, 100.0, "")?;
-    Ok(Link::Native("extend", Step::Extend(Extend { factor, most: metres("the longest extension", most)? })))
+    let mut numbers = Numbers::default();
+    let factor = numbers.read("the multiple of the length", factor, FACTOR, &[Quantity::Extend])?;
+    let most = numbers.read("the longest extension", most, METRES, &[Quantity::ExtendMost])?;
+    Ok(Link::Native("extend", Step::Extend(Extend { factor, most }), numbers.0))
 }
 
 fn duplicate(within: &Dynamic, options: Map) -> Result<Link, Complaint> {
-    let mut options = Options::new("duplicate", options, &["whole"])?;
-    let within = metres("the distance of duplicates", within)?;
+    let (mut options, mut numbers) = (Options::new("duplicate", options, &["whole"])?, Numbers::default());
+    let within = numbers.read("the distance of duplicates", within, METRES, &[Quantity::Duplicate])?;
     let is_whole = options.flag("whole")?.unwrap_or(false);
-    Ok(Link::Native("duplicate", Step::Duplicate(Duplicate { within, is_whole })))
+    Ok(Link::Native("duplicate", Step::Duplicate(Duplicate { within, is_whole }), numbers.0))
 }
 
-fn turns(options: &mut Options) -> Result<TurnSearch, Complaint> {
+/// A search for a heading. How finely is looked for one holds everywhere.
+fn turns(options: &mut Options, numbers: &mut Numbers, quantities: &[Quantity]) -> Result<TurnSearch, Complaint> {
     let default = Constraints::default();
+    let most = numbers.option(options, "turn_most", TURN, quantities)?;
     Ok(TurnSearch {
         // A step of nothing would search without an end.
         step: options.within("turn_step", 0.1, 180.0, "°")?.map_or(default.turn_step, Angle::degrees),
-        most: options.within("turn_most", 0.0, 180.0, "°")?.map_or(default.turn_most, Angle::degrees),
+        most: most.map_or(default.turn_most, Angle::degrees),
     })
 }
 
 fn legal(options: Map) -> Result<Link, Complaint> {
     let known =
         ["prune", "turn_step", "turn_most", "turn_first", "bridge", "bridge_spacing", "bridge_over", "bridge_first"];
-    let mut options = Options::new("legal", options, &known)?;
-    let longest = options.within("bridge", 0.0, FARTHEST, " m")?.unwrap_or(0.0);
+    let (mut options, mut numbers) = (Options::new("legal", options, &known)?, Numbers::default());
+    let longest = numbers.option(&mut options, "bridge", METRES, &[Quantity::Bridge])?.unwrap_or(0.0);
+    let spacing = numbers.option(&mut options, "bridge_spacing", METRES, &[Quantity::BridgeSpacing])?;
     let bridge = Bridge {
         longest,
-        spacing: options.within("bridge_spacing", 0.0, FARTHEST, " m")?.unwrap_or(BRIDGE_SPACING),
+        spacing: spacing.unwrap_or(BRIDGE_SPACING),
         over: over(&mut options)?,
         is_first: options.flag("bridge_first")?.unwrap_or(false),
     };
+    let prune = numbers.option(&mut options, "prune", SHARE, &[Quantity::Prune])?;
     let legal = Legal {
-        prune: options.within("prune", 0.0, 1.0, "")?.unwrap_or(Constraints::default().prune),
-        turns: turns(&mut options)?,
+        prune: prune.unwrap_or(Constraints::default().prune),
+        turns: turns(&mut options, &mut numbers, &[Quantity::LegalTurn])?,
         turns_first: options.flag("turn_first")?.unwrap_or(false),
-        bridge: (longest > 0.0).then_some(bridge),
+        bridge: (longest > 0.0 || numbers.has(Quantity::Bridge)).then_some(bridge),
     };
-    Ok(Link::Native("legal", Step::Legal(legal)))
+    Ok(Link::Native("legal", Step::Legal(legal), numbers.0))
 }
 
 fn over(options: &mut Options) -> Result<Over, Complaint> {
@@ -192,23 +213,24 @@ fn over(options: &mut Options) -> Result<Over, Complaint> {
 }
 
 fn slope(most: &Dynamic, options: Map) -> Result<Link, Complaint> {
-    let most = within("the steepest slope", most, 0.0, 100.0, "").map_err(|wrong| {
+    let mut numbers = Numbers::default();
+    let most = numbers.read("the steepest slope", most, SLOPE, &[Quantity::Slope]).map_err(|wrong| {
         let hint = wrong.hint.clone().unwrap_or_else(|| "rise over run: 0.12 is 12 %".into());
         wrong.hint(hint)
     })?;
     let mut options = Options::new("slope", options, &["turn_step", "turn_most", "hairpin", "tunnel"])?;
     let slope = Slope {
         most,
-        turns: turns(&mut options)?,
+        turns: turns(&mut options, &mut numbers, &[Quantity::SlopeTurn])?,
         has_hairpins: options.flag("hairpin")?.unwrap_or(false),
-        tunnel: options.within("tunnel", 0.0, FARTHEST, " m")?.unwrap_or(0.0),
+        tunnel: numbers.option(&mut options, "tunnel", METRES, &[Quantity::Tunnel])?.unwrap_or(0.0),
     };
-    Ok(Link::Native("slope", Step::Slope(slope)))
+    Ok(Link::Native("slope", Step::Slope(slope), numbers.0))
 }
 
 fn mask(area: Dynamic) -> Result<Link, Complaint> {
     let given = kind_of(&area);
-    let native = |area| Ok(Link::Native("mask", Step::Mask(area)));
+    let native = |area| Ok(Link::Native("mask", Step::Mask(area), Vec::new()));
     if let Some(map) = area.clone().try_cast::<MapRef>() {
         return native(Area::Map(map.name.into()));
     }
@@ -241,8 +263,10 @@ fn links_of(rule: &Rule) -> Result<Vec<Link>, Fault> {
 fn links(value: Dynamic, rule: &Rule) -> Result<Vec<Link>, Complaint> {
     let given = kind_of(&value);
     if value.is_map() {
-        let standard = Chain::from(standard(value.cast::<Map>())?);
-        return Ok(standard.steps().iter().map(|step| Link::Native("", step.clone())).collect());
+        let (standard, mut numbers) = standard(value.cast::<Map>())?;
+        let steps = Chain::from(standard).steps().to_vec();
+        // What differs by place is told of quantities: any step may carry it.
+        return Ok(steps.into_iter().map(|step| Link::Native("", step, std::mem::take(&mut numbers.0))).collect());
     }
     let wrong = || {
         Complaint::new(format!("returns {given}"))
@@ -282,11 +306,13 @@ pub(crate) fn chain_of(rules: &[Rule], standard: Chain, own: &dyn Fn(&Rule) -> O
             .with_hint(Some("of several rules one may have `fn constraints(p)`".into())));
     }
     let mut steps = if first.is_none() { standard.steps().to_vec() } else { Vec::new() };
+    let mut varying = Vec::new();
     for rule in rules {
         let links = if has(&rule, RuleKind::Constraints) { links_of(rule)? } else { Vec::new() };
+        varying.extend(varying_of(&links, rule)?);
         let is_placed = links.iter().any(|link| matches!(link, Link::Own));
         steps.extend(links.into_iter().map(|link| match link {
-            Link::Native(_, step) => step,
+            Link::Native(_, step, _) => step,
             Link::Own => Step::Own(own(rule)),
         }));
         if !is_placed && has(&rule, RuleKind::Constrain) {
@@ -297,7 +323,20 @@ pub(crate) fn chain_of(rules: &[Rule], standard: Chain, own: &dyn Fn(&Rule) -> O
         let message = format!("these constraints are {} steps together; at most {MOST_STEPS} are kept to", steps.len());
         return Err(Fault::new(rules.last().map_or("", Rule::path), message));
     }
-    Ok(Chain::new(steps))
+    Ok(Chain::new(steps).varied(varying))
+}
+
+/// What of the steps of a rule differs by place: none before the plan is settled on a site.
+fn varying_of(links: &[Link], rule: &Rule) -> Result<Vec<Varying>, Fault> {
+    let Some(places) = rule.params().places() else { return Ok(Vec::new()) };
+    let differing = links.iter().flat_map(|link| match link {
+        Link::Native(.., differing) => differing.as_slice(),
+        Link::Own => &[],
+    });
+    let read = |differing: &Differing| differing.on(places);
+    let varying: Result<Vec<Vec<Varying>>, Complaint> = differing.map(read).collect();
+    let varying = varying.map_err(|wrong| complaint(rule, RuleKind::Constraints, wrong))?;
+    Ok(varying.into_iter().flatten().collect())
 }
 
 /// Every value of the standard chain that a rule may set.
@@ -317,27 +356,27 @@ const FIELDS: [&str; 12] = [
 ];
 
 /// The standard chain with values of a rule; what it leaves out keeps its default.
-fn standard(map: Map) -> Result<Constraints, Complaint> {
-    let mut options = Options::new("constraints", map, &FIELDS)?;
+fn standard(map: Map) -> Result<(Constraints, Numbers), Complaint> {
+    let (mut options, mut numbers) = (Options::new("constraints", map, &FIELDS)?, Numbers::default());
     let default = Constraints::default();
-    let mut metres =
-        |key: &str, default: f64| Ok::<_, Complaint>(options.within(key, 0.0, FARTHEST, " m")?.unwrap_or(default));
-    let (snap, duplicate) = (metres("snap", default.snap)?, metres("duplicate", default.duplicate)?);
-    let (least_length, longest) = (metres("least_length", default.least_length)?, metres("longest", default.longest)?);
-    let (extend_most, bridge) = (metres("extend_most", default.extend_most)?, metres("bridge", default.bridge)?);
-    let TurnSearch { step: turn_step, most: turn_most } = turns(&mut options)?;
-    Ok(Constraints {
-        snap,
-        duplicate,
-        least_length,
-        longest,
-        extend_most,
-        bridge,
+    let TurnSearch { step: turn_step, most: turn_most } =
+        turns(&mut options, &mut numbers, &[Quantity::LegalTurn, Quantity::SlopeTurn])?;
+    let mut number = |key: &str, range: Range, quantities: &[Quantity], default: f64| {
+        Ok::<_, Complaint>(numbers.option(&mut options, key, range, quantities)?.unwrap_or(default))
+    };
+    let standard = Constraints {
+        snap: number("snap", METRES, &[Quantity::Snap, Quantity::Join], default.snap)?,
+        duplicate: number("duplicate", METRES, &[Quantity::Duplicate], default.duplicate)?,
+        least_length: number("least_length", METRES, &[Quantity::LeastLength], default.least_length)?,
+        longest: number("longest", METRES, &[Quantity::Longest], default.longest)?,
+        extend_most: number("extend_most", METRES, &[Quantity::ExtendMost], default.extend_most)?,
+        bridge: number("bridge", METRES, &[Quantity::Bridge], default.bridge)?,
         turn_step,
         turn_most,
-        least_angle: options.within("least_angle", 0.0, 180.0, "°")?.map_or(default.least_angle, Angle::degrees),
-        extend: options.within("extend", 1.0, 100.0, "")?.unwrap_or(default.extend),
-        prune: options.within("prune", 0.0, 1.0, "")?.unwrap_or(default.prune),
-        max_slope: options.within("max_slope", 0.0, 100.0, "")?.unwrap_or(default.max_slope),
-    })
+        least_angle: Angle::degrees(number("least_angle", TURN, &[Quantity::Angle], default.least_angle.to_degrees())?),
+        extend: number("extend", FACTOR, &[Quantity::Extend], default.extend)?,
+        prune: number("prune", SHARE, &[Quantity::Prune], default.prune)?,
+        max_slope: number("max_slope", SLOPE, &[Quantity::Slope], default.max_slope)?,
+    };
+    Ok((standard, numbers))
 }

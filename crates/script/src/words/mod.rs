@@ -3,6 +3,7 @@
 mod block;
 mod chain;
 mod ground;
+mod numbers;
 mod once;
 pub(crate) mod options;
 mod segment;

@@ -1,11 +1,15 @@
 //! Maps of options: `#{ width: 30 }`, every key known, every value checked.
 
+use super::numbers::differs;
 use crate::fault::Complaint;
 use crate::host::{kind_of, numeric};
 use crate::names::hint;
 use crate::param::{Param, Unit, Value};
 use geom::Vec2;
 use rhai::{Array, Dynamic, Map, Variant};
+
+/// What is said of a value by place where one value must hold everywhere.
+const EVERYWHERE: &str = "this holds for the whole city: give it one value, no map and no by_district(…)";
 
 /// The options given to a word.
 pub(crate) struct Options {
@@ -48,9 +52,12 @@ impl Options {
     /// A number in a range.
     pub fn within(&mut self, key: &str, low: f64, high: f64, unit: &str) -> Result<Option<f64>, Complaint> {
         let value = self.take(key);
-        value
-            .map(|value| super::within(&format!("`{key}`"), &value, low, high, unit).map_err(|c| c.key(key)))
-            .transpose()
+        let read = |value: Dynamic| {
+            let everywhere = differs(&value).then(|| EVERYWHERE.to_owned());
+            let number = super::within(&format!("`{key}`"), &value, low, high, unit);
+            number.map_err(|wrong| if everywhere.is_some() { wrong.maybe_hint(everywhere) } else { wrong }.key(key))
+        };
+        value.map(read).transpose()
     }
 
     /// A number in a range that may differ by place.
@@ -114,13 +121,15 @@ pub(crate) fn word<T: Copy>(options: &mut Options, key: &str, words: &[(&str, T)
 /// A value of a type.
 pub(crate) fn cast<T: Variant + Clone>(value: Dynamic, key: &str, kind: &str) -> Result<T, Complaint> {
     let given = kind_of(&value);
-    let wrong = || Complaint::new(format!("`{key}` must be {kind}, not {given}")).key(key);
+    let everywhere = differs(&value).then(|| EVERYWHERE.to_owned());
+    let wrong = || Complaint::new(format!("`{key}` must be {kind}, not {given}")).maybe_hint(everywhere).key(key);
     value.try_cast::<T>().ok_or_else(wrong)
 }
 
 /// A text.
 pub(crate) fn text(value: Dynamic, key: &str) -> Result<String, Complaint> {
-    value.into_string().map_err(|_| Complaint::new(format!("`{key}` must be a text")).key(key))
+    let everywhere = differs(&value).then(|| EVERYWHERE.to_owned());
+    value.into_string().map_err(|_| Complaint::new(format!("`{key}` must be a text")).maybe_hint(everywhere).key(key))
 }
 
 fn seed(value: &Dynamic) -> Result<u64, Complaint> {

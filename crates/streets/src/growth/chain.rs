@@ -2,8 +2,10 @@
 //! SCH10 §4.2.3).
 
 use super::own::Own;
+use super::varying::Varying;
 use super::{Area, Constraints};
-use geom::Angle;
+use geom::{Angle, Vec2};
+use std::sync::Arc;
 
 /// What a chain may hold at most.
 pub const MOST_STEPS: usize = 32;
@@ -128,17 +130,42 @@ pub struct Extend {
 /// A step that changes a proposal starts the chain anew, so each step has agreed to what is laid; one that cannot settle
 /// is refused. What holds between streets whatever their order (crossing, duplicate, angle, arms) or of the ground
 /// (legal, slope, mask) is tested on the final line once more, so the order decides how a street is adjusted and never
-/// whether it is valid (V25).
-#[derive(Clone, Debug, PartialEq)]
+/// whether it is valid (V25). Numbers may differ by place: see [`Chain::at`].
+#[derive(Clone, Debug)]
 pub struct Chain {
     steps: Vec<Step>,
+    /// What differs by place; empty where nothing does.
+    varying: Option<Arc<[Varying]>>,
+}
+
+impl PartialEq for Chain {
+    /// What differs by place is equal to itself only.
+    fn eq(&self, other: &Self) -> bool {
+        let are_same = match (&self.varying, &other.varying) {
+            (None, None) => true,
+            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
+            _ => false,
+        };
+        are_same && self.steps == other.steps
+    }
 }
 
 impl Chain {
     /// A chain of at most [`MOST_STEPS`] steps; what is beyond is left out.
     pub fn new(mut steps: Vec<Step>) -> Self {
         steps.truncate(MOST_STEPS);
-        Self { steps }
+        Self { steps, varying: None }
+    }
+
+    /// The same chain with numbers that differ by place; those that no step has change nothing.
+    #[must_use]
+    pub fn varied(self, varying: Vec<Varying>) -> Self {
+        Self { varying: (!varying.is_empty()).then(|| varying.into()), ..self }
+    }
+
+    /// The numbers that differ by place.
+    pub fn varying(&self) -> &[Varying] {
+        self.varying.as_deref().unwrap_or_default()
     }
 
     /// The steps in order.
@@ -150,7 +177,8 @@ impl Chain {
     #[must_use]
     pub fn with(mut self, step: Step) -> Self {
         self.steps.push(step);
-        Self::new(self.steps)
+        self.steps.truncate(MOST_STEPS);
+        self
     }
 
     /// The same chain without the steps that `is_dropped` names.
@@ -170,10 +198,25 @@ impl Chain {
         self.find(|step| if let Step::Angle(least) = step { Some(*least) } else { None })
     }
 
+    /// The most streets that a crossing may have; no limit where the chain says nothing.
+    pub fn most_arms(&self) -> usize {
+        self.find(|step| if let Step::Arms(most) = step { Some(*most as usize) } else { None }).unwrap_or(usize::MAX)
+    }
+
     /// Shortest and longest piece of street; no limits where the chain says nothing.
     pub fn length(&self) -> Length {
         let found = self.find(|step| if let Step::Length(length) = step { Some(*length) } else { None });
         found.unwrap_or(Length { least: 0.0, longest: f64::INFINITY })
+    }
+
+    /// The same for a proposal that starts at a place in metres.
+    pub fn length_at(&self, place: Vec2) -> Length {
+        self.at(place).map_or_else(|| self.length(), |chain| chain.length())
+    }
+
+    /// The snapping distance there, likewise.
+    pub fn snap_at(&self, place: Vec2) -> f64 {
+        self.at(place).map_or_else(|| self.snap(), |chain| chain.snap())
     }
 
     pub(super) fn find<T>(&self, pick: impl Fn(&Step) -> Option<T>) -> Option<T> {

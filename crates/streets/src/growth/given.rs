@@ -120,7 +120,7 @@ impl Grower<'_> {
     fn step_ahead(&self, at: Point, heading: Angle) -> Option<f64> {
         let slots = self.tip.slots;
         let length = slots.ahead?.length;
-        let limits = self.settings.constraints.length();
+        let limits = self.settings.constraints.length_at(at.metres());
         let aim = Aim { steer: slots.steer, longest: limits.longest, least: limits.least, lead: slots.lead };
         let (target, _) = aim.target(at.metres(), heading, length)?;
         let step = (target - at.metres()).dot(heading.unit());

@@ -18,6 +18,8 @@ pub(super) struct Ground<'a> {
     step: f64,
     /// Whether the legal area counts.
     has_legal: bool,
+    /// Whether masks of the site or zones restrict.
+    has_masks: bool,
     covers: Vec<Cover<'a>>,
     max_slope: f64,
     /// Whether only the rim of the site restricts.
@@ -38,30 +40,41 @@ pub(super) struct Turn {
 
 impl<'a> Ground<'a> {
     pub fn new(fields: &'a Fields, chain: &'a Chain) -> Self {
-        let legal: Option<Legal> = chain.find(|step| if let Step::Legal(legal) = step { Some(*legal) } else { None });
-        let slope: Option<Slope> = chain.find(|step| if let Step::Slope(slope) = step { Some(*slope) } else { None });
+        let has_legal = legal_of(chain).is_some();
         let areas = chain.steps().iter().filter_map(|step| if let Step::Mask(area) = step { Some(area) } else { None });
         let masks = fields.legal.iter().chain(&fields.barred);
         let cell = masks.map(|mask: &Arc<Raster>| mask.pixel_size()).fold(COARSEST_STEP, f64::min);
         let covers: Vec<_> = areas.map(|area| Cover::of(area, fields)).collect();
         // The cells of a mask may be finer, and the corners of a polygon anywhere.
         let cell = if covers.is_empty() { cell.min(fields.zones.cell(FINEST_STEP)) } else { FINEST_STEP };
-        let max_slope = slope.map_or(f64::INFINITY, |slope| slope.most);
-        let has_masks = legal.is_some() && !(fields.legal.is_empty() && fields.barred.is_empty());
-        let least_angle = chain.least_angle().unwrap_or(Angle::ZERO);
-        Self {
+        let has_masks =
+            (has_legal && !(fields.legal.is_empty() && fields.barred.is_empty())) || !fields.zones.is_empty();
+        let mut ground = Self {
             fields,
             step: cell.max(FINEST_STEP),
-            has_legal: legal.is_some(),
-            is_open: !has_masks && fields.zones.is_empty() && covers.is_empty() && max_slope.is_infinite(),
+            has_legal,
+            has_masks,
+            is_open: false,
             covers,
-            max_slope,
-            legal_turns: legal.map_or_else(Vec::new, |legal| turns(&legal.turns)),
-            slope_turns: slope.map_or_else(Vec::new, |slope| turns(&slope.turns)),
-            hairpins: slope
-                .filter(|slope| slope.has_hairpins)
-                .map_or_else(Vec::new, |slope| hairpins(&slope, least_angle)),
-        }
+            max_slope: f64::INFINITY,
+            legal_turns: Vec::new(),
+            slope_turns: Vec::new(),
+            hairpins: Vec::new(),
+        };
+        ground.adopt(chain);
+        ground
+    }
+
+    /// Takes over the numbers of a chain of the same steps.
+    pub fn adopt(&mut self, chain: &Chain) {
+        let (legal, slope) = (legal_of(chain), slope_of(chain));
+        let least_angle = chain.least_angle().unwrap_or(Angle::ZERO);
+        self.max_slope = slope.map_or(f64::INFINITY, |slope| slope.most);
+        self.is_open = !self.has_masks && self.covers.is_empty() && self.max_slope.is_infinite();
+        self.legal_turns = legal.map_or_else(Vec::new, |legal| turns(&legal.turns));
+        self.slope_turns = slope.map_or_else(Vec::new, |slope| turns(&slope.turns));
+        self.hairpins =
+            slope.filter(|slope| slope.has_hairpins).map_or_else(Vec::new, |slope| hairpins(&slope, least_angle));
     }
 
     /// The turns of the search for legal area: by ascending size, counter-clockwise first.
@@ -150,6 +163,14 @@ impl<'a> Ground<'a> {
         let rise = self.fields.elevation.at(to) - self.fields.elevation.at(from);
         self.max_slope.is_infinite() || rise.abs() <= self.max_slope * (to - from).length()
     }
+}
+
+fn legal_of(chain: &Chain) -> Option<Legal> {
+    chain.find(|step| if let Step::Legal(legal) = step { Some(*legal) } else { None })
+}
+
+fn slope_of(chain: &Chain) -> Option<Slope> {
+    chain.find(|step| if let Step::Slope(slope) = step { Some(*slope) } else { None })
 }
 
 fn turns(search: &TurnSearch) -> Vec<Turn> {

@@ -65,23 +65,45 @@ struct Pass {
     ahead: Option<Option<Met>>,
 }
 
-/// The chain, with what it needs of a growth.
-#[derive(Debug)]
-pub(super) struct Judge<'a> {
-    settings: &'a Growth,
-    chain: &'a Chain,
-    pub ground: Ground<'a>,
-    fields: &'a Arc<Fields>,
-    near: Near,
-    gathered: Option<Bounds>,
-    /// Half of the widest right-of-way in the graph, in LSB.
-    widest: i32,
+/// The numbers of a chain that are asked for most. Lengths in LSB.
+#[derive(Clone, Copy, Debug)]
+struct Numbers {
     snap: i32,
     join: i32,
     least: i32,
     duplicate: i32,
     extend: Option<super::Extend>,
     arms: usize,
+}
+
+impl Numbers {
+    fn of(chain: &Chain) -> Self {
+        let metres = |pick: fn(&Step) -> Option<f64>| units(chain.find(pick).unwrap_or(0.0));
+        Self {
+            snap: units(chain.snap()),
+            join: metres(|step| if let Step::Join(within) = step { Some(*within) } else { None }),
+            // Nothing shorter can be laid, whatever is asked for.
+            least: units(chain.length().least).max(tolerance::LAYING + 1),
+            duplicate: metres(|step| if let Step::Duplicate(duplicate) = step { Some(duplicate.within) } else { None }),
+            extend: chain.find(|step| if let Step::Extend(extend) = step { Some(*extend) } else { None }),
+            arms: chain.most_arms(),
+        }
+    }
+}
+
+/// The chain, with what it needs of a growth.
+#[derive(Debug)]
+pub(super) struct Judge<'a> {
+    settings: &'a Growth,
+    /// The chain as it holds where the present proposal starts.
+    chain: Arc<Chain>,
+    pub ground: Ground<'a>,
+    fields: &'a Arc<Fields>,
+    near: Near,
+    gathered: Option<Bounds>,
+    /// Half of the widest right-of-way in the graph, in LSB.
+    widest: i32,
+    numbers: Numbers,
     has_crossing: bool,
     has_length: bool,
     /// Why a rule of its own refused the last proposal.
@@ -91,24 +113,15 @@ pub(super) struct Judge<'a> {
 impl<'a> Judge<'a> {
     pub fn new(graph: &StreetGraph, settings: &'a Growth, fields: &'a Arc<Fields>) -> Self {
         let chain = &settings.constraints;
-        let metres = |pick: fn(&Step) -> Option<f64>| units(chain.find(pick).unwrap_or(0.0));
         Self {
             settings,
-            chain,
+            chain: Arc::new(chain.clone()),
             ground: Ground::new(fields, chain),
             fields,
             near: Near::default(),
             gathered: None,
             widest: graph.segments_unsorted().map(|(_, segment)| segment.half_width()).max().unwrap_or(0),
-            snap: units(chain.snap()),
-            join: metres(|step| if let Step::Join(within) = step { Some(*within) } else { None }),
-            // Nothing shorter can be laid, whatever is asked for.
-            least: units(chain.length().least).max(tolerance::LAYING + 1),
-            duplicate: metres(|step| if let Step::Duplicate(duplicate) = step { Some(duplicate.within) } else { None }),
-            extend: chain.find(|step| if let Step::Extend(extend) = step { Some(*extend) } else { None }),
-            arms: chain
-                .find(|step| if let Step::Arms(most) = step { Some(*most as usize) } else { None })
-                .unwrap_or(usize::MAX),
+            numbers: Numbers::of(chain),
             has_crossing: chain.steps().contains(&Step::Crossing),
             has_length: chain.find(|step| matches!(step, Step::Length(_)).then_some(())).is_some(),
             why: None,
@@ -117,7 +130,7 @@ impl<'a> Judge<'a> {
 
     /// The most streets that a crossing may have.
     pub fn most_arms(&self) -> usize {
-        self.arms
+        self.numbers.arms
     }
 
     /// Adjusts a proposal to the streets of a graph and the ground, or refuses it.
@@ -128,6 +141,10 @@ impl<'a> Judge<'a> {
             return Err(Refused::NoDemand);
         }
         self.gathered = None;
+        if let Some(chain) = self.settings.constraints.at(proposal.from.metres()) {
+            self.ground.adopt(&chain);
+            (self.numbers, self.chain) = (Numbers::of(&chain), Arc::new(chain));
+        }
         let line = self.shaped(graph, proposal)?;
         if !is_wanted && (line.outcome != Outcome::Bridged || !self.settings.goal.is_met(line.to)) {
             return Err(Refused::NoDemand);
@@ -138,7 +155,7 @@ impl<'a> Judge<'a> {
 
     /// Asks the steps in order, from the first again after each change, until all agree.
     fn shaped(&mut self, graph: &StreetGraph, proposal: &Proposal) -> Result<Line, Refused> {
-        let chain = self.chain;
+        let chain = Arc::clone(&self.chain);
         let mut line = Line::of(proposal);
         let (mut pass, mut by_streets, mut by_step) = (Pass::default(), 0, [0; super::chain::MOST_STEPS]);
         let mut next = 0;
@@ -351,9 +368,9 @@ impl<'a> Judge<'a> {
         self.gather(graph, proposal, reach)?;
         let found = match step {
             Step::Crossing => self.crossed(from, to, reach, pass),
-            Step::Snap(_) => self.near.node_within(to, self.snap, from).map(|node| (node, Outcome::Snapped)),
+            Step::Snap(_) => self.near.node_within(to, self.numbers.snap, from).map(|node| (node, Outcome::Snapped)),
             Step::Extend(_) => self.gone_on(from, to, reach, pass),
-            _ => self.near.foot_within(to, self.join, from).map(|foot| (foot, Outcome::Snapped)),
+            _ => self.near.foot_within(to, self.numbers.join, from).map(|foot| (foot, Outcome::Snapped)),
         };
         let Some((end, how)) = found else { return Ok(Answer::Agreed) };
         let outcome = if line.is_met { line.outcome } else { how };
@@ -368,8 +385,8 @@ impl<'a> Judge<'a> {
     /// The streets around a line; a seed beside a street is refused. Once for each box.
     fn gather(&mut self, graph: &StreetGraph, proposal: &Proposal, reach: Point) -> Result<(), Refused> {
         self.widest = self.widest.max(proposal.half_width);
-        let margin = self.snap.max(self.join).max(tolerance::LAYING);
-        let apart = self.duplicate.max(proposal.half_width.saturating_add(self.widest));
+        let margin = self.numbers.snap.max(self.numbers.join).max(tolerance::LAYING);
+        let apart = self.numbers.duplicate.max(proposal.half_width.saturating_add(self.widest));
         let around = Bounds::between(proposal.from, reach);
         if self.gathered.is_some_and(|known| known.contains(around.min) && known.contains(around.max)) {
             return Ok(());
@@ -385,14 +402,14 @@ impl<'a> Judge<'a> {
 
     /// Whether a street passes a seed without touching it: nothing may start so close to it.
     fn is_beside_street(&self, seed: Point) -> bool {
-        self.near.has_street_within(seed, self.snap)
+        self.near.has_street_within(seed, self.numbers.snap)
             && !self.near.has_node_at(seed)
             && !self.near.has_street_within(seed, tolerance::LAYING)
     }
 
     /// The end of the forward search for a street to go on to.
     fn extended(&self, proposal: &Proposal, to: Point) -> Point {
-        let Some(extend) = self.extend else { return to };
+        let Some(extend) = self.numbers.extend else { return to };
         let line = to.metres() - proposal.from.metres();
         let length = line.length();
         let most = if proposal.is_on_raster { self.chain.length().least } else { extend.most };
@@ -402,8 +419,8 @@ impl<'a> Judge<'a> {
     }
 
     fn ahead(&self, from: Point, reach: Point, pass: &mut Pass) -> Option<Met> {
-        let snap = self.snap.max(tolerance::LAYING);
-        *pass.ahead.get_or_insert_with(|| self.near.first_met(from, reach, snap, self.least))
+        let snap = self.numbers.snap.max(tolerance::LAYING);
+        *pass.ahead.get_or_insert_with(|| self.near.first_met(from, reach, snap, self.numbers.least))
     }
 
     /// The first street on the way, or the crossing close to it.
@@ -412,7 +429,7 @@ impl<'a> Judge<'a> {
         if from.distance_squared(met.at) > from.distance_squared(to) {
             return None;
         }
-        let close = || self.near.node_within(met.at, self.snap, from);
+        let close = || self.near.node_within(met.at, self.numbers.snap, from);
         let node = if met.is_node { Some(met.at) } else { close() };
         // Not to a crossing on the far side of the street that is met.
         let node = node.filter(|&node| !self.near.is_crossed(from, node));
@@ -425,7 +442,7 @@ impl<'a> Judge<'a> {
         if from.distance_squared(met.at) <= from.distance_squared(to) {
             return None;
         }
-        let end = self.near.node_within(met.at, self.snap, from).unwrap_or(met.at);
+        let end = self.near.node_within(met.at, self.numbers.snap, from).unwrap_or(met.at);
         self.ground.is_fit(to.metres(), end.metres()).then_some((end, Outcome::Extended))
     }
 
@@ -443,7 +460,8 @@ impl<'a> Judge<'a> {
         if !self.has_length {
             self.check_length(proposal.from, to)?;
         }
-        for step in self.chain.steps() {
+        let chain = Arc::clone(&self.chain);
+        for step in chain.steps() {
             self.check(step, proposal, &line, to)?;
         }
         if self.ground.is_in_site(to.metres()) { Ok(to) } else { Err(Refused::Illegal) }
@@ -461,7 +479,7 @@ impl<'a> Judge<'a> {
         if !self.ground.is_legal(proposal.from.metres()) || !self.ground.is_legal(to.metres()) {
             return Err(Refused::Illegal);
         }
-        let apart = self.snap.max(tolerance::LAYING);
+        let apart = self.numbers.snap.max(tolerance::LAYING);
         self.near.gather(graph, Bounds::between(proposal.from, to).grown(apart));
         if self.near.has_street_within(to, apart) {
             return Err(Refused::Crowded);
@@ -484,7 +502,7 @@ impl<'a> Judge<'a> {
     /// The end that the insertion would give a line: on whatever lies closer than the laying distance.
     fn touching(&self, from: Point, to: Point) -> Point {
         let reach = tolerance::LAYING;
-        if self.snap >= reach && self.join >= reach {
+        if self.numbers.snap >= reach && self.numbers.join >= reach {
             return to;
         }
         let node = self.near.node_within(to, reach, from);
@@ -492,7 +510,7 @@ impl<'a> Judge<'a> {
     }
 
     fn check_length(&self, from: Point, to: Point) -> Result<(), Refused> {
-        let least = i64::from(self.least);
+        let least = i64::from(self.numbers.least);
         if from.distance_squared(to) < least * least { Err(Refused::TooShort) } else { Ok(()) }
     }
 
@@ -508,9 +526,9 @@ impl<'a> Judge<'a> {
             Step::Mask(_) => (!has_left || self.ground.covered_share(start, end) >= 1.0, Refused::Masked),
             Step::Duplicate(duplicate) => {
                 let near = &self.near;
-                let runs_along = || near.runs_along(from, to, proposal.half_width, self.duplicate);
+                let runs_along = || near.runs_along(from, to, proposal.half_width, self.numbers.duplicate);
                 let is_one_too_many = || {
-                    near.is_duplicate(from, to, proposal.half_width, self.duplicate)
+                    near.is_duplicate(from, to, proposal.half_width, self.numbers.duplicate)
                         || (duplicate.is_whole && runs_along())
                 };
                 (!is_on_ground || !is_one_too_many(), Refused::Duplicate)

@@ -271,7 +271,7 @@ impl<'a> Grower<'a> {
     /// Queues what the rule has proposed at a tip.
     pub fn queue_successors(&mut self, origin: &Origin) {
         let (slots, steered) = (self.tip.slots, self.tip.steered());
-        let length = self.settings.constraints.length();
+        let length = self.settings.constraints.length_at(origin.at.metres());
         let aim = Aim { steer: slots.steer, longest: length.longest, least: length.least, lead: slots.lead };
         let back = if self.tip.is_seed { slots.ahead } else { None };
         let successors = [

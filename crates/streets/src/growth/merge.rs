@@ -2,18 +2,19 @@
 //! on how the quarters were scheduled.
 //!
 //! Streets that come to the same stretch of rim from both sides, closer than they would snap, are led to one crossing:
-//! to that of the street which got there first.
+//! to that of the street which got there first. What the chain promises holds there, too: a street that may not be led so
+//! keeps its own end, and one that may not end there either stops at the last crossing before.
 
-use super::near::Near;
-use super::{Accepted, Attachment, Chain, Lineage, QuarterGrowth};
-use crate::graph::{Crowding, NewSegment, Refusal};
+use super::keeping::{Keeper, LaidBy};
+use super::{Accepted, Attachment, Lineage, QuarterGrowth, Refused};
+use crate::graph::NewSegment;
 use crate::{NodeId, StreetGraph, StreetId};
 use geom::point::units;
-use geom::{Bounds, Id, Point, tolerance};
+use geom::{Id, Point, tolerance};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-/// A street that found no room.
+/// A street that found no room, or would have broken what its growth keeps to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dropped {
     /// The quarter it grew in.
@@ -21,7 +22,9 @@ pub struct Dropped {
     /// Where it comes from.
     pub lineage: Lineage,
     /// Why it was dropped.
-    pub refusal: Refusal,
+    pub reason: Refused,
+    /// Whether all up to the last crossing before the rim was laid.
+    pub is_shortened: bool,
 }
 
 /// What a merge did.
@@ -35,19 +38,25 @@ pub struct MergeLog {
     pub dropped: Vec<Dropped>,
 }
 
-/// Inserts grown quarters into the graph they were grown from, in the order of quarter ids. `constraints` are those of
-/// the growth: its snapping distance and least angle hold across rims too.
-pub fn attach(graph: &mut StreetGraph, growths: &[QuarterGrowth], constraints: &Chain) -> MergeLog {
+/// Inserts grown quarters into the graph they were grown from, in the order of quarter ids. What each keeps to holds across rims, too: least angle, length, duplicates, legal area, slope, masks and rules'
+/// own constraints for what is led elsewhere, and the most streets of a crossing for all that is laid.
+pub fn attach(graph: &mut StreetGraph, growths: &[QuarterGrowth]) -> MergeLog {
     let mut order: Vec<_> = growths.iter().collect();
     order.sort_by_key(|growth| growth.quarter);
-    let moves = Anchors::new(units(constraints.snap())).moves(graph, &order);
-    // Where any angle will do, none is sharp.
-    let cosine = constraints.least_angle().map_or(f64::INFINITY, |least| least.cos());
-    let mut merge = Merge { graph, near: Near::default(), cosine, log: MergeLog::default() };
-    for (growth, moves) in order.into_iter().zip(&moves) {
-        merge.quarter(growth, moves);
+    let moves = Anchors::of(&order).moves(graph, &order);
+    let widest = widest(graph, &order);
+    let mut merge = Merge { graph, laid_by: LaidBy::default(), log: MergeLog::default() };
+    for (ordinal, (growth, moves)) in order.into_iter().zip(&moves).enumerate() {
+        merge.quarter(growth, moves, &mut Keeper::new(ordinal, &growth.keeps, widest));
     }
     merge.log
+}
+
+/// Half of the widest right-of-way in a graph and among what is to be laid, in LSB.
+fn widest(graph: &StreetGraph, growths: &[&QuarterGrowth]) -> i32 {
+    let there = graph.segments_unsorted().map(|(_, segment)| segment.half_width());
+    let grown = growths.iter().flat_map(|growth| &growth.log.accepted).map(|accepted| accepted.line.claim.half_width);
+    there.chain(grown).max().unwrap_or(0)
 }
 
 /// The crossing of a rim that a street is led to.
@@ -64,13 +73,16 @@ type Move<'a> = (&'a Attachment, Anchor);
 
 /// The crossings that streets make with rims, found by street and place.
 struct Anchors {
+    /// The farthest that any of them snaps.
     snap: i32,
     cells: FxHashMap<(StreetId, i32, i32), SmallVec<[Anchor; 2]>>,
 }
 
 impl Anchors {
-    fn new(snap: i32) -> Self {
-        Self { snap: snap.max(tolerance::LAYING), cells: FxHashMap::default() }
+    fn of(growths: &[&QuarterGrowth]) -> Self {
+        let farthest =
+            growths.iter().flat_map(|growth| growth.attachments.iter().map(|stub| snap_of(growth, stub))).max();
+        Self { snap: farthest.unwrap_or(tolerance::LAYING), cells: FxHashMap::default() }
     }
 
     /// For each quarter, the stubs that are led elsewhere: earlier ones (by growth time, then lineage) are anchors for
@@ -84,7 +96,8 @@ impl Anchors {
         stubs.sort_by_key(|(lineage, quarter, _)| (lineage.time, lineage.id, *quarter));
         let mut moves = vec![Vec::new(); growths.len()];
         for (_, quarter, stub) in stubs {
-            let found = self.crossing_of_rim(graph, stub).or_else(|| self.nearest(stub, quarter));
+            let snap = snap_of(growths[quarter], stub);
+            let found = self.crossing_of_rim(graph, stub, snap).or_else(|| self.nearest(stub, quarter, snap));
             match found {
                 Some(anchor) if anchor.at != stub.at => moves[quarter].push((stub, anchor)),
                 Some(_) => {}
@@ -95,19 +108,19 @@ impl Anchors {
     }
 
     /// A crossing of the rim with another rim, made from the other side: what grew here did not know of it.
-    fn crossing_of_rim(&self, graph: &StreetGraph, stub: &Attachment) -> Option<Anchor> {
-        let (key, _) = graph.nearest_node(stub.at, self.snap)?;
+    fn crossing_of_rim(&self, graph: &StreetGraph, stub: &Attachment, snap: i32) -> Option<Anchor> {
+        let (key, _) = graph.nearest_node(stub.at, snap)?;
         let has_street = |claims: &[crate::Claim]| claims.iter().any(|claim| claim.street == stub.street);
         let on_street = graph.halves_ccw(key).iter().any(|arm| has_street(graph.segment(arm.segment()).claims()));
         on_street.then(|| Anchor { at: graph.at(key), node: graph.node(key).id, quarter: usize::MAX })
     }
 
-    fn nearest(&self, stub: &Attachment, quarter: usize) -> Option<Anchor> {
+    fn nearest(&self, stub: &Attachment, quarter: usize, snap: i32) -> Option<Anchor> {
         let (x, y) = self.cell(stub.at);
         let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (stub.street, x + dx, y + dy)));
         let anchors = around.filter_map(|cell| self.cells.get(&cell)).flatten();
         let distance = |anchor: &Anchor| anchor.at.distance_squared(stub.at);
-        let limit = i64::from(self.snap) * i64::from(self.snap);
+        let limit = i64::from(snap) * i64::from(snap);
         anchors
             .filter(|anchor| anchor.quarter != quarter && distance(anchor) < limit)
             .min_by_key(|anchor| (distance(anchor), anchor.node))
@@ -125,74 +138,103 @@ impl Anchors {
     }
 }
 
+/// How far a stub snaps at the rim, in LSB.
+fn snap_of(growth: &QuarterGrowth, stub: &Attachment) -> i32 {
+    let start = growth.log.accepted[stub.line].start();
+    units(growth.keeps.constraints.snap_at(start.metres())).max(tolerance::LAYING)
+}
+
 struct Merge<'a> {
     graph: &'a mut StreetGraph,
-    near: Near,
-    cosine: f64,
+    laid_by: LaidBy,
     log: MergeLog,
 }
 
 impl Merge<'_> {
     /// Lays all lines of a quarter in the order they grew; the last pieces of stubs that move come at the end, when all
     /// that they might run into is there.
-    fn quarter(&mut self, growth: &QuarterGrowth, moves: &[Move]) {
-        let mut moves: Vec<_> = moves.to_vec();
+    fn quarter(&mut self, growth: &QuarterGrowth, moves: &[Move], keeper: &mut Keeper) {
+        let mut moves: Vec<_> = moves.iter().collect();
         moves.sort_by_key(|(stub, _)| stub.line);
-        let mut next = moves.iter().peekable();
+        let mut next = moves.into_iter().peekable();
+        let mut stubs = growth.attachments.iter().peekable();
+        let mut to_end = Vec::new();
         for (line, accepted) in growth.log.accepted.iter().enumerate() {
+            keeper.stand_at(accepted.start());
+            let stub = stubs.next_if(|stub| stub.line == line);
             match next.next_if(|(stub, _)| stub.line == line) {
-                Some((stub, _)) if stub.hinge == accepted.start() => {}
-                Some((stub, _)) => {
-                    let first_piece = piece(accepted, start_of(accepted), (stub.hinge, stub.hinge_node));
-                    self.lay(growth, accepted, &first_piece);
-                }
-                None => {
-                    if self.lay(growth, accepted, &accepted.line) {
-                        self.log.laid += 1;
-                    }
-                }
+                Some(moving) if self.lay_first(growth, accepted, &moving.0, keeper) => to_end.push(moving),
+                Some(_) => {}
+                None => self.lay_whole(growth, accepted, stub, keeper),
             }
         }
-        for (stub, anchor) in &moves {
-            self.lay_stub(growth, stub, anchor);
+        for (stub, anchor) in to_end {
+            self.lay_stub(growth, stub, anchor, keeper);
         }
     }
 
-    /// Lays the last piece of a stub to its anchor, or, where that would run into something, to its own end.
-    fn lay_stub(&mut self, growth: &QuarterGrowth, stub: &Attachment, anchor: &Anchor) {
+    /// Lays what lies before the last piece of a stub that moves.
+    fn lay_first(
+        &mut self,
+        growth: &QuarterGrowth,
+        accepted: &Accepted,
+        stub: &Attachment,
+        keeper: &mut Keeper,
+    ) -> bool {
+        if stub.hinge == accepted.start() {
+            return true;
+        }
+        let first = piece(accepted, start_of(accepted), (stub.hinge, stub.hinge_node));
+        let laid = keeper.lay(self.graph, &mut self.laid_by, &first);
+        laid.map_err(|reason| self.drop(growth, accepted, reason, false)).is_ok()
+    }
+
+    /// Lays a line where it grew, or so much of it as the rim allows.
+    fn lay_whole(
+        &mut self,
+        growth: &QuarterGrowth,
+        accepted: &Accepted,
+        stub: Option<&Attachment>,
+        keeper: &mut Keeper,
+    ) {
+        let Err(reason) = keeper.lay(self.graph, &mut self.laid_by, &accepted.line) else {
+            self.log.laid += 1;
+            return;
+        };
+        let stub = stub.filter(|stub| stub.hinge != accepted.start());
+        let shorter = stub.map(|stub| piece(accepted, start_of(accepted), (stub.hinge, stub.hinge_node)));
+        let is_shortened = shorter.is_some_and(|line| keeper.lay(self.graph, &mut self.laid_by, &line).is_ok());
+        self.log.laid += usize::from(is_shortened);
+        self.drop(growth, accepted, reason, is_shortened);
+    }
+
+    /// Lays the last piece of a stub to its anchor, or, where that would run into something or break what its growth
+    /// keeps to, to its own end.
+    fn lay_stub(&mut self, growth: &QuarterGrowth, stub: &Attachment, anchor: &Anchor, keeper: &mut Keeper) {
         let accepted = &growth.log.accepted[stub.line];
+        keeper.stand_at(accepted.start());
         let hinge = (stub.hinge, stub.hinge_node);
-        if self.can_move(stub, anchor) {
-            let moved = piece(accepted, hinge, (anchor.at, anchor.node));
-            if self.graph.insert(&moved, Crowding::Refuse).is_ok() {
-                self.log.laid += 1;
-                self.log.moved += 1;
-                return;
-            }
+        let moved = piece(accepted, hinge, (anchor.at, anchor.node));
+        let may_lead = keeper.may_lead(self.graph, accepted, stub, anchor.at).is_ok();
+        if may_lead && keeper.lay(self.graph, &mut self.laid_by, &moved).is_ok() {
+            self.log.laid += 1;
+            self.log.moved += 1;
+            return;
         }
         let own = piece(accepted, hinge, (stub.at, stub.node));
-        if self.lay(growth, accepted, &own) {
-            self.log.laid += 1;
+        match keeper.lay(self.graph, &mut self.laid_by, &own) {
+            Ok(()) => self.log.laid += 1,
+            Err(reason) => {
+                let is_shortened = stub.hinge != accepted.start();
+                self.log.laid += usize::from(is_shortened);
+                self.drop(growth, accepted, reason, is_shortened);
+            }
         }
     }
 
-    fn can_move(&mut self, stub: &Attachment, anchor: &Anchor) -> bool {
-        let laying = i64::from(tolerance::LAYING);
-        let ahead = self.graph.first_crossing(stub.hinge, anchor.at, 0);
-        if ahead.is_some_and(|met| met.at.distance_squared(anchor.at) > laying * laying) {
-            return false;
-        }
-        self.near.gather(self.graph, Bounds::between(stub.hinge, anchor.at).grown(tolerance::LAYING));
-        let is_sharp = |at, to| self.near.is_sharp(at, to, self.cosine);
-        !is_sharp(stub.hinge, anchor.at) && !is_sharp(anchor.at, stub.hinge)
-    }
-
-    fn lay(&mut self, growth: &QuarterGrowth, accepted: &Accepted, line: &NewSegment) -> bool {
-        let result = self.graph.insert(line, Crowding::Refuse);
-        if let Err(refusal) = result {
-            self.log.dropped.push(Dropped { quarter: growth.quarter, lineage: accepted.lineage, refusal });
-        }
-        result.is_ok()
+    fn drop(&mut self, growth: &QuarterGrowth, accepted: &Accepted, reason: Refused, is_shortened: bool) {
+        let (quarter, lineage) = (growth.quarter, accepted.lineage);
+        self.log.dropped.push(Dropped { quarter, lineage, reason, is_shortened });
     }
 }
 

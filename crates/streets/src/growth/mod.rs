@@ -17,6 +17,7 @@ mod goal;
 mod grade;
 mod ground;
 mod judge;
+mod keeping;
 mod kernel;
 mod lineage;
 mod log;
@@ -36,6 +37,7 @@ mod senses;
 mod settings;
 mod smooth;
 mod steer;
+mod varying;
 mod weight;
 mod zone;
 
@@ -48,6 +50,7 @@ pub use chain::{Bridge, Chain, Duplicate, Extend, Legal, Length, MOST_STEPS, Ove
 pub use constraints::{BRIDGE_SPACING, Constraints};
 pub use distances::Distances;
 pub use goal::Goal;
+pub use keeping::Keeps;
 pub use kernel::grow;
 pub use lineage::Branch;
 pub use log::{Accepted, GrowthLog, Lineage, MOST_REASONS, Outcome, Refusals, Refused, RefusedProposal, Stopped};
@@ -64,6 +67,7 @@ pub use settings::{Growth, Limits, SeedPoint};
 pub use smooth::{Smoothed, Smoothing, smooth};
 pub use steer::Steer;
 pub use tip::{GrowthRules, Home, Slot, Slots, Tip};
+pub use varying::{Quantity, Varying};
 pub use weight::Weight;
 pub use zone::Zones;
 

@@ -1,7 +1,7 @@
 //! The streets around a proposal, gathered once, and the questions the local constraints ask of them. What is answered
 //! here only shapes a proposal; that the graph stays planar is the business of the insertion.
 
-use crate::StreetGraph;
+use crate::{SegmentKey, StreetGraph};
 use geom::{Bounds, Point, predicates, tolerance};
 
 /// Largest sine of the angle at which two lines count as near-parallel (20.5°).
@@ -46,10 +46,18 @@ impl Near {
     /// Gathers the segments whose box overlaps the box. The order is that of keys: answers do not depend on
     /// it.
     pub fn gather(&mut self, graph: &StreetGraph, bounds: Bounds) {
+        self.gather_where(graph, bounds, |_| true);
+    }
+
+    /// The same for segments that `admit` admits.
+    pub fn gather_where(&mut self, graph: &StreetGraph, bounds: Bounds, admit: impl Fn(SegmentKey) -> bool) {
         self.lines.clear();
         self.raised.clear();
         let (lines, raised) = (&mut self.lines, &mut self.raised);
         graph.for_segments_near(bounds, |key| {
+            if !admit(key) {
+                return;
+            }
             let segment = graph.segment(key);
             let (a, b) = graph.line(key.forward());
             let found = if segment.level == 0 { &mut *lines } else { &mut *raised };
@@ -220,7 +228,7 @@ fn is_passed(from: Point, to: Point, end: Point) -> bool {
 }
 
 /// Whether the angle between two directions has a greater cosine.
-fn is_within(direction: (i64, i64), other: (i64, i64), cosine: f64) -> bool {
+pub(super) fn is_within(direction: (i64, i64), other: (i64, i64), cosine: f64) -> bool {
     let dot = (direction.0 * other.0 + direction.1 * other.1) as f64;
     dot > cosine * (norm_squared(direction) * norm_squared(other)).sqrt()
 }

@@ -5,7 +5,7 @@
 
 use super::kernel::Grower;
 use super::quarter::candidates;
-use super::{Attachment, Fields, GrowthLog, GrowthRules, Home, QuarterGrowth, QuarterSettings, SeedPoint};
+use super::{Attachment, Fields, GrowthLog, GrowthRules, Home, Keeps, QuarterGrowth, QuarterSettings, SeedPoint};
 use crate::faces::Faces;
 use crate::{HalfKey, StreetGraph};
 use geom::point::units;
@@ -30,7 +30,8 @@ pub fn grow_outside(
     fill(&mut grower, settings, fields, &enclosed);
     let log = grower.log;
     let attachments = attachments(&private, &log);
-    QuarterGrowth { quarter: Id::root("outside all quarters", &[]), log, attachments, fault: None }
+    let keeps = Keeps::of(&settings.growth, fields);
+    QuarterGrowth { quarter: Id::root("outside all quarters", &[]), log, attachments, keeps, fault: None }
 }
 
 /// The land inside quarters.

@@ -5,7 +5,7 @@
 //! quarters are grown, therefore changes nothing. Where its streets meet the rim, [`Attachment`]s say so.
 
 use super::kernel::Grower;
-use super::{Fields, Growth, GrowthLog, GrowthRules, Home, SeedPoint, Stopped};
+use super::{Fields, Growth, GrowthLog, GrowthRules, Home, Keeps, SeedPoint, Stopped};
 use crate::faces::{Face, Side};
 use crate::graph::{Claim, Crowding, NewSegment, Refusal};
 use crate::{Class, NodeId, SegmentKey, StreetGraph, StreetId};
@@ -72,6 +72,8 @@ pub struct QuarterGrowth {
     pub log: GrowthLog,
     /// Where they meet the rim, in the order of `accepted`.
     pub attachments: Vec<Attachment>,
+    /// What they keep to.
+    pub keeps: Keeps,
     /// Why nothing grew: the rim could not be copied.
     pub fault: Option<Refusal>,
 }
@@ -88,8 +90,13 @@ pub fn grow_quarter(
     fields: &Arc<Fields>,
     cancel: &dyn Fn() -> bool,
 ) -> QuarterGrowth {
-    let mut result =
-        QuarterGrowth { quarter: face.id, log: GrowthLog::default(), attachments: Vec::new(), fault: None };
+    let mut result = QuarterGrowth {
+        quarter: face.id,
+        log: GrowthLog::default(),
+        attachments: Vec::new(),
+        keeps: Keeps::of(&settings.growth, fields),
+        fault: None,
+    };
     let rim = QuarterRim::of(graph, face);
     let mut private = match rim.enclosure(graph, face) {
         Ok(private) => private,

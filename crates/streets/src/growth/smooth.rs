@@ -2,7 +2,7 @@
 
 use super::ground::Ground;
 use super::near::are_apart;
-use super::{Fields, Growth};
+use super::{Chain, Fields, Growth};
 use crate::graph::{Claim, Crowding, NewSegment};
 use crate::runs::{Run, runs};
 use crate::{NodeId, NodeKey, StreetGraph};
@@ -46,13 +46,13 @@ pub fn smooth(
     admit: &dyn Fn(&StreetGraph, &Run) -> bool,
 ) -> Smoothed {
     let mut result = Smoothed::default();
-    let ground = Ground::new(fields, &growth.constraints);
+    let mut ground = Ground::new(fields, &growth.constraints);
     for run in runs(graph).into_iter().filter(|run| run.class == growth.class && run.level == 0) {
         if !admit(graph, &run) {
             continue;
         }
         let Some(curve) = Curve::through(graph, &run.nodes, smoothing) else { continue };
-        if curve.has_room(graph) && curve.is_fit(&ground) && curve.lay(graph) {
+        if curve.has_room(graph) && curve.is_fit(&growth.constraints, &mut ground) && curve.lay(graph) {
             result.runs += 1;
         } else {
             result.kept += 1;
@@ -101,8 +101,11 @@ impl Curve {
         self.points.windows(2).map(|pair| [pair[0], pair[1]])
     }
 
-    fn is_fit(&self, ground: &Ground) -> bool {
-        self.pieces().all(|[(a, _), (b, _)]| ground.is_fit(a.metres(), b.metres()))
+    fn is_fit(&self, chain: &Chain, ground: &mut Ground) -> bool {
+        self.pieces().all(|[(a, _), (b, _)]| {
+            chain.at(a.metres()).iter().for_each(|chain| ground.adopt(chain));
+            ground.is_fit(a.metres(), b.metres())
+        })
     }
 
     /// Whether the curve meets nothing but the run itself and what ends at its own ends.

@@ -13,12 +13,12 @@ use proptest::prelude::*;
 use std::sync::Arc;
 
 /// Half the side of the site, and the size of a map's cell, in metres.
-const SIDE: f64 = 300.0;
+pub(super) const SIDE: f64 = 300.0;
 const CELL: f64 = 10.0;
 const CELLS: usize = 60;
 
 /// How far, in metres, insertion may move an end onto what lies there.
-const MOVED: f64 = 0.08;
+pub(super) const MOVED: f64 = 0.08;
 
 fn raster(values: Vec<f32>) -> Arc<Raster> {
     Arc::new(Raster::new(CELLS, CELLS, CELL, Vec2::splat(-SIDE), values).unwrap())
@@ -66,7 +66,7 @@ fn step() -> impl Strategy<Value = Step> {
 }
 
 /// Steps in any order, each kind at most once.
-fn chain() -> impl Strategy<Value = Chain> {
+pub(super) fn chain() -> impl Strategy<Value = Chain> {
     prop::collection::vec(step(), 0..14).prop_map(|steps| {
         let mut kept: Vec<Step> = Vec::new();
         for step in steps {
@@ -82,7 +82,7 @@ fn place() -> impl Strategy<Value = (f64, f64, f64)> {
     (-SIDE..SIDE, -SIDE..SIDE, 20.0f64..90.0)
 }
 
-fn ground() -> impl Strategy<Value = Fields> {
+pub(super) fn ground() -> impl Strategy<Value = Fields> {
     let heights = prop::collection::vec(0.0f64..1.0, 36);
     let places = || prop::collection::vec(place(), 0..5);
     (heights, 5.0f64..60.0, places(), places(), places()).prop_map(|(heights, height, water, parks, mask)| {
@@ -113,8 +113,18 @@ fn lines(graph: &StreetGraph, is_on_ground: bool) -> Vec<(Vec2, Vec2)> {
     segments.map(|(key, _)| graph.line(key.forward())).map(|(a, b)| (a.metres(), b.metres())).collect()
 }
 
+/// Whether a place belongs to a mask.
+pub(super) fn is_inside(area: &Area, fields: &Fields, p: Vec2) -> bool {
+    match area {
+        Area::Polygon(polygon) => polygon.contains(Point::from_metres(p)),
+        Area::Map(name) => {
+            fields.maps[&**name].at(p) > 0.5 || matches!(&fields.maps[&**name], Field::Map(map) if map.mask(p))
+        }
+    }
+}
+
 /// The longest stretch of a line, in metres, where something holds at every step of 25 cm.
-fn longest_run((a, b): (Vec2, Vec2), holds: impl Fn(Vec2) -> bool) -> f64 {
+pub(super) fn longest_run((a, b): (Vec2, Vec2), holds: impl Fn(Vec2) -> bool) -> f64 {
     let steps = ((b - a).length() / 0.25).ceil().max(1.0) as u32;
     let (mut run, mut longest) = (0u32, 0);
     for i in 0..=steps {
@@ -125,7 +135,7 @@ fn longest_run((a, b): (Vec2, Vec2), holds: impl Fn(Vec2) -> bool) -> f64 {
 }
 
 /// The steepest place of a line: over steps of 5 cm.
-fn steepest((a, b): (Vec2, Vec2), elevation: &Field) -> f64 {
+pub(super) fn steepest((a, b): (Vec2, Vec2), elevation: &Field) -> f64 {
     let steps = ((b - a).length() / 0.05).ceil().max(1.0) as u32;
     let height = |i: u32| elevation.at(a.lerp(b, f64::from(i) / f64::from(steps)));
     let rise = (0..steps).map(|i| (height(i + 1) - height(i)).abs()).fold(0.0, f64::max);
@@ -166,14 +176,8 @@ fn check(step: &Step, graph: &StreetGraph, log: &GrowthLog, fields: &Fields) {
             }
         }
         Step::Mask(area) => {
-            let is_inside = |p: Vec2| match area {
-                Area::Polygon(polygon) => polygon.contains(Point::from_metres(p)),
-                Area::Map(name) => {
-                    fields.maps[&**name].at(p) > 0.5 || matches!(&fields.maps[&**name], Field::Map(map) if map.mask(p))
-                }
-            };
             for line in lines(graph, true) {
-                let run = longest_run(line, |p| !is_inside(p));
+                let run = longest_run(line, |p| !is_inside(area, fields, p));
                 assert!(run <= 1.25 + MOVED, "{line:?}: {run} m outside the mask");
             }
         }

@@ -8,6 +8,7 @@ mod kept;
 mod pruning;
 mod quarters;
 mod rewriter;
+mod rims;
 mod shore;
 mod smoothing;
 pub(in crate::growth) mod support;

@@ -1,0 +1,196 @@
+//! Random chains in quarters that share a rim: what constraints promise holds on the final graph, at rims too (V25), measured
+//! by brute force that shares no code with the kernel.
+
+use super::kept::{MOVED, SIDE, chain, ground, is_inside, longest_run, steepest};
+use super::support::{assert_planar, at, grid, minors, never, quarter_at, shared, street, winding};
+use crate::graph::CheckLevel;
+use crate::growth::{
+    Chain, Constrain, Draft, Fields, GrowthRules, Keeps, MergeLog, Own, QuarterGrowth, QuarterSettings, Refused, Step,
+    attach, grow_quarter,
+};
+use crate::{Classes, HalfKey, NodeKey, StreetGraph};
+use geom::{Angle, Vec2};
+use proptest::prelude::*;
+use std::sync::Arc;
+
+/// Two quarters whose common rim is a bent major.
+fn two_quarters(bend: f64, slant: f64) -> StreetGraph {
+    let far = SIDE - 15.0;
+    let (a, b, c, d) = (at(-far, -far), at(far, -far), at(far, far), at(-far, far));
+    let (foot, knee, head) = (at(0.0, -far), at(bend, 0.0), at(slant, far));
+    let sides = [
+        (1, a, foot),
+        (1, foot, b),
+        (2, b, c),
+        (3, c, head),
+        (3, head, d),
+        (4, d, a),
+        (5, foot, knee),
+        (5, knee, head),
+    ];
+    let mut graph = StreetGraph::new(Classes::default());
+    for (name, from, to) in sides {
+        street(&mut graph, Classes::MAJOR, name, from, to);
+    }
+    graph
+}
+
+fn filled(
+    graph: &StreetGraph,
+    chains: [&Chain; 2],
+    fields: &Arc<Fields>,
+    rules: &dyn GrowthRules,
+    chance: u64,
+) -> Vec<QuarterGrowth> {
+    let places = [at(-SIDE + 20.0, 0.0), at(SIDE - 20.0, 0.0)];
+    let fill = |(place, chain): (_, &Chain)| {
+        let mut settings = QuarterSettings::new(minors());
+        settings.growth.constraints = chain.clone();
+        (settings.growth.seed, settings.growth.limits.segments) = (geom::Seed(chance), 120);
+        grow_quarter(graph, &quarter_at(graph, place), &settings, rules, fields, &never)
+    };
+    places.into_iter().zip(chains).map(fill).collect()
+}
+
+fn merged(graph: &StreetGraph, growths: &[QuarterGrowth]) -> (StreetGraph, MergeLog) {
+    let mut merged = graph.clone();
+    let log = attach(&mut merged, growths);
+    (merged, log)
+}
+
+/// Pieces of minor on the ground.
+fn lines(graph: &StreetGraph) -> Vec<(Vec2, Vec2)> {
+    let minors =
+        graph.segments_unsorted().filter(|(_, segment)| segment.level == 0 && segment.class() == Classes::MINOR);
+    minors.map(|(key, _)| graph.line(key.forward())).map(|(a, b)| (a.metres(), b.metres())).collect()
+}
+
+fn is_minor(graph: &StreetGraph, arm: HalfKey) -> bool {
+    graph.segment(arm.segment()).class() == Classes::MINOR
+}
+
+/// The least angle at a node between a minor and any other street, in degrees.
+fn least_angle_at(graph: &StreetGraph, node: NodeKey) -> f64 {
+    let arms = graph.halves_ccw(node);
+    let mut least = f64::INFINITY;
+    for (i, &one) in arms.iter().enumerate() {
+        for &other in arms[i + 1..].iter().filter(|&&other| is_minor(graph, one) || is_minor(graph, other)) {
+            let [u, v] = [one, other].map(|arm| graph.line(arm)).map(|(a, b)| Angle::of(b.metres() - a.metres()));
+            least = least.min((u - v).wrapped().abs().to_degrees());
+        }
+    }
+    least
+}
+
+fn check(step: &Step, graph: &StreetGraph, fields: &Fields) {
+    match step {
+        Step::Legal(_) => {
+            for line in lines(graph) {
+                let run = longest_run(line, |p| !fields.is_legal(p));
+                assert!(run <= 5.0 + MOVED, "{line:?}: {run} m off the legal area");
+            }
+        }
+        Step::Mask(area) => {
+            for line in lines(graph) {
+                let run = longest_run(line, |p| !is_inside(area, fields, p));
+                assert!(run <= 1.25 + MOVED, "{line:?}: {run} m outside the mask");
+            }
+        }
+        Step::Slope(slope) => {
+            for line in lines(graph).into_iter().filter(|(a, b)| (*b - *a).length() > 5.0) {
+                let grade = steepest(line, &fields.elevation);
+                assert!(grade <= slope.most + 0.02, "{line:?}: {grade} is steeper than {}", slope.most);
+            }
+        }
+        Step::Angle(least) => {
+            for (node, _) in graph.nodes_unsorted() {
+                let angle = least_angle_at(graph, node);
+                assert!(angle >= least.to_degrees() - 1.0, "{angle}° of {least:?} at {}", graph.at(node).metres());
+            }
+        }
+        Step::Arms(most) => {
+            for (key, node) in graph.nodes_unsorted() {
+                let has_minor = graph.halves_ccw(key).iter().any(|&arm| is_minor(graph, arm));
+                let arms = graph.degree(key);
+                assert!(!has_minor || arms <= *most as usize, "{arms} arms at {}", node.at.metres());
+            }
+        }
+        _ => {}
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn what_a_chain_holds_is_kept_at_rims(chain in chain(), fields in ground(), chance in any::<u64>(), is_raster in any::<bool>(),
+                                          heading in 0.0f64..90.0, bend in -60.0f64..60.0, slant in -60.0f64..60.0) {
+        let fields = shared(fields);
+        let raster = grid(Angle::degrees(heading), 80.0, 50.0);
+        let rules: &dyn GrowthRules = if is_raster { &raster } else { &winding() };
+        let graph = two_quarters(bend, slant);
+        let growths = filled(&graph, [&chain, &chain], &fields, rules, chance);
+        let (merged, log) = merged(&graph, &growths);
+        assert_planar(&merged);
+        prop_assert_eq!(merged.check(CheckLevel::Sweep), Vec::new());
+        for step in chain.steps() {
+            check(step, &merged, &fields);
+        }
+        // Nothing is left out but what the log tells of.
+        let grown: usize = growths.iter().map(|growth| growth.log.accepted.len()).sum();
+        let left_out = log.dropped.iter().filter(|dropped| !dropped.is_shortened).count();
+        prop_assert_eq!(log.laid + left_out, grown);
+    }
+}
+
+/// A constraint of one's own that lets no street end in a band around the common rim but where it grew.
+#[derive(Debug)]
+struct Nowhere;
+
+impl Constrain for Nowhere {
+    fn constrain(&self, draft: &mut Draft) {
+        if draft.to.y > 0.0 && draft.meets_street {
+            draft.refuse("not here".into());
+        }
+    }
+}
+
+/// Quarters whose rasters are offset by a little: their streets come to the rim 3 m from each other.
+fn offset(chain: &Chain, fields: &Arc<Fields>) -> (StreetGraph, Vec<QuarterGrowth>) {
+    let graph = two_quarters(0.0, 0.0);
+    let (west, east) = (grid(Angle::ZERO, 80.0, 50.0), grid(Angle::ZERO, 80.0, 53.0));
+    let mut growths = filled(&graph, [chain, chain], fields, &west, 1);
+    growths[1] = filled(&graph, [chain, chain], fields, &east, 1).swap_remove(1);
+    (graph, growths)
+}
+
+#[test]
+fn a_street_is_led_to_a_crossing_only_where_its_own_rules_agree() {
+    let fields = shared(super::support::site(SIDE));
+    let plain = Chain::default();
+    let (graph, growths) = offset(&plain, &fields);
+    let (_, free) = merged(&graph, &growths);
+    assert!(free.moved >= 2 && free.dropped.is_empty(), "{free:?}");
+    let own = plain.with(Step::Own(Own(Arc::new(Nowhere))));
+    let forbidden = |growth: &QuarterGrowth| {
+        let keeps = Keeps { constraints: own.clone(), ..growth.keeps.clone() };
+        QuarterGrowth { keeps, ..growth.clone() }
+    };
+    let growths: Vec<_> = growths.iter().map(forbidden).collect();
+    let (_, bound) = merged(&graph, &growths);
+    assert!(bound.moved < free.moved && bound.moved > 0, "{} of {}", bound.moved, free.moved);
+    assert_eq!(bound.laid, free.laid);
+}
+
+#[test]
+fn a_street_that_would_be_one_too_many_stops_before_the_rim() {
+    let fields = shared(super::support::site(SIDE));
+    let chain = Chain::default().with(Step::Arms(3));
+    let graph = two_quarters(0.0, 0.0);
+    // Rasters line up: both sides come to the same places of the rim.
+    let four = grid(Angle::ZERO, 80.0, 50.0);
+    let growths = filled(&graph, [&chain, &chain], &fields, &four, 1);
+    let (merged, log) = merged(&graph, &growths);
+    check(&Step::Arms(3), &merged, &fields);
+    let full: Vec<_> = log.dropped.iter().filter(|dropped| dropped.reason == Refused::Full).collect();
+    assert!(!full.is_empty(), "{log:?}");
+}
