@@ -116,6 +116,37 @@ fn a_grown_street_tells_its_rule_lineage_and_refusals() {
 }
 
 #[test]
+fn blends_and_refusals_of_rules_are_told_in_their_own_words() {
+    let place = Place::new();
+    let pattern = "pattern: rule(\"streets/comb\") * 0.25 + rule(\"streets/grid\", #{ heading: 0 }) * 0.75, constraints: \
+                   [rule(\"constraints/standard\"), rule(\"streets/shy\")]";
+    let shy = "fn constrain(segment, p) { if segment.to_x > 600 { segment.refuse(\"too far east\"); } }";
+    fs::write(place.path("town/streets/shy.rhai"), shy).expect("a file");
+    let script = CITY.replace("pattern: rule(\"streets/comb\")", pattern);
+    fs::write(place.path("town/city.rhai"), script).expect("a file");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plat"));
+    let output = command.arg("build").arg(place.path("town")).arg("-o").arg(place.path("out"));
+    check(&output.args(["--quiet", "--until", "streets"]).output().expect("plat runs"), 0, &[]);
+    let minors: Vec<Value> = place.of_kind("street").into_iter().filter(|street| street["class"] == "minor").collect();
+    let mut told = false;
+    for street in minors.iter().step_by(5) {
+        let answer = place.answer(id(street));
+        let patterns = answer["pieces"][0]["patterns"].as_array().expect("patterns").clone();
+        let says: Vec<_> = patterns.iter().map(|says| (&says["name"], &says["share"], &says["leads"])).collect();
+        let expected = [
+            (&Value::from("grid"), &Value::from(0.75), &Value::from(true)),
+            (&Value::from("comb"), &Value::from(0.25), &Value::from(false)),
+        ];
+        assert_eq!(says, expected);
+        told |= answer.to_string().contains("refused by a rule (streets/shy: too far east)");
+    }
+    assert!(told, "the rule's own words are told where it refuses");
+    let output = place.why(id(&minors[0]), &[]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("by grid (75 %, leads), comb (25 %)"), "{text}");
+}
+
+#[test]
 fn people_get_it_part_by_part() {
     let place = Place::built(&["--until", "streets"]);
     let street = place.of_kind("street").into_iter().find(|street| street["class"] == "minor").expect("a minor");

@@ -4,7 +4,7 @@ pub(crate) mod buildings;
 pub(crate) mod ground;
 pub(crate) mod land;
 pub(crate) mod landmarks;
-mod patterns;
+pub(crate) mod patterns;
 pub(crate) mod streets;
 
 use crate::progress::{Cancel, Progress};

@@ -2,6 +2,7 @@
 
 use super::Context;
 use super::streets::Network;
+use crate::Site;
 use script::{PatternPart, PatternPlan, StreetPattern, WeightPlan};
 use std::sync::Arc;
 use streets::PerDistrict;
@@ -13,26 +14,27 @@ pub(super) fn pattern(context: &Context, network: &mut Network, plan: &PatternPl
     let part = |part: &PatternPart| {
         let origin = network.origins.of(part.rule.name());
         let rules = StreetPattern::new(part.rule.clone(), origin, classes.clone(), context.faults.clone());
-        BlendPart { rules: Box::new(rules), weight: weight(context, &part.weight) }
+        BlendPart { rules: Box::new(rules), weight: weight(&context.sources.site, &part.weight) }
     };
     let mut parts: Vec<BlendPart> = plan.parts().iter().map(part).collect();
     if parts.len() == 1 { parts.remove(0).rules } else { Box::new(Blend::of(parts)) }
 }
 
-fn weight(context: &Context, plan: &WeightPlan) -> Weight {
-    let all = |plans: &[WeightPlan]| plans.iter().map(|plan| weight(context, plan)).collect();
+/// How much a pattern counts on a site.
+pub(crate) fn weight(site: &Site, plan: &WeightPlan) -> Weight {
+    let all = |plans: &[WeightPlan]| plans.iter().map(|plan| weight(site, plan)).collect();
     match plan {
         WeightPlan::Number(number) => Weight::Number(*number),
         // The maps of a plan were read; one that is not there weighs nothing.
         WeightPlan::Map(map) => {
-            context.sources.site.map(&map.name).map_or(Weight::Number(0.0), |map| Weight::Map(Field::Map(map.clone())))
+            site.map(&map.name).map_or(Weight::Number(0.0), |map| Weight::Map(Field::Map(map.clone())))
         }
         WeightPlan::Districts(names) => {
             let inside = |name: &str| names.iter().any(|own| own == name).then_some(Field::Constant(1.0));
-            let districts = context.sources.site.districts.clone();
+            let districts = site.districts.clone();
             Weight::Map(Field::District(Arc::new(PerDistrict::new(districts, inside, Field::Constant(0.0)))))
         }
-        WeightPlan::Inverse(other) => Weight::Inverse(Box::new(weight(context, other))),
+        WeightPlan::Inverse(other) => Weight::Inverse(Box::new(weight(site, other))),
         WeightPlan::Product(factors) => Weight::Product(all(factors)),
         WeightPlan::Sum(terms) => Weight::Sum(all(terms)),
     }

@@ -4,6 +4,7 @@
 //! the city is derived once more with a trace ([`crate::Settings::traces`]) and asked. Where what it gives now differs
 //! from the layout, the answer says so.
 
+mod blend;
 mod find;
 mod ground;
 mod land;
@@ -119,6 +120,20 @@ pub struct PieceSays {
     pub outcome: String,
     /// Metres between the end that was proposed and the end it has.
     pub moved: f64,
+    /// The patterns that were blended where it starts, the one that led first; none where one decides alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub patterns: Vec<PatternSays>,
+}
+
+/// A pattern of a blend at a place.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PatternSays {
+    /// What addresses call it, e.g. `grid`.
+    pub name: String,
+    /// Its share of all weight there, from 0 to 1.
+    pub share: f64,
+    /// Whether it led.
+    pub leads: bool,
 }
 
 /// A street of a lineage.
@@ -147,7 +162,7 @@ pub struct RefusedSays {
     pub from: [f64; 2],
     /// Where it should have ended, metres.
     pub to: [f64; 2],
-    /// The constraint that refused it.
+    /// The constraint that refused it; where a rule did, in the rule's own words.
     pub reason: String,
 }
 

@@ -1,12 +1,13 @@
 //! Why a street or a crossing is there.
 
 use super::lineage::{Family, Placed, branch_name, distance_to, logs, outcome_says};
-use super::{Answer, Evidence, Found, PieceSays, RefusedSays, ground, place};
+use super::{Answer, Evidence, Found, PieceSays, RefusedSays, blend, ground, place};
 use crate::sources::import_id;
 use crate::trace::{Grown, Trace};
 use geom::{Id, Vec2};
 use std::collections::{BTreeMap, BTreeSet};
 use streets::StreetId;
+use streets::growth::RefusedProposal;
 use streets::runs::Run;
 
 /// Proposals of other streets are counted that should have ended this close (m) and were refused.
@@ -30,7 +31,7 @@ pub fn explain(found: &Found, evidence: &Evidence, answer: &mut Answer) {
     };
     ground::tell_rules(answer, evidence.sources, piece.stage, piece.quarter);
     answer.lineage = family.ancestry(*piece);
-    answer.pieces = pieces.iter().map(piece_says).collect();
+    answer.pieces = pieces.iter().map(|piece| piece_says(piece, evidence)).collect();
     tell_refused(&pieces, trace, answer);
 }
 
@@ -81,7 +82,7 @@ fn pieces_along<'a>(family: &Family<'a>, street: StreetId, places: &[Vec2]) -> V
     wanted.into_iter().map(|i| all[i]).collect()
 }
 
-fn piece_says(placed: &Placed) -> PieceSays {
+fn piece_says(placed: &Placed, evidence: &Evidence) -> PieceSays {
     let accepted = placed.accepted;
     PieceSays {
         lineage: accepted.lineage.id.to_string(),
@@ -90,6 +91,15 @@ fn piece_says(placed: &Placed) -> PieceSays {
         to: place(accepted.end().metres()),
         outcome: outcome_says(accepted.outcome),
         moved: (accepted.proposed.distance(accepted.end()) * 100.0).round() / 100.0,
+        patterns: blend::patterns(placed, evidence),
+    }
+}
+
+/// Why a proposal was refused; by a rule, in its own words.
+fn reason_says(refused: &RefusedProposal) -> String {
+    match &refused.why {
+        Some(why) => format!("{} ({why})", refused.reason),
+        None => refused.reason.to_string(),
     }
 }
 
@@ -109,10 +119,10 @@ fn tell_refused(pieces: &[Placed], trace: &Trace, answer: &mut Answer) {
                     branch: branch_name(refused.lineage.branch),
                     from: place(refused.from.metres()),
                     to: place(refused.to.metres()),
-                    reason: refused.reason.to_string(),
+                    reason: reason_says(refused),
                 });
             } else if pieces.iter().any(near) {
-                *around.entry(refused.reason.to_string()).or_default() += 1;
+                *around.entry(reason_says(refused)).or_default() += 1;
             }
         }
     }
@@ -160,7 +170,7 @@ pub fn explain_crossing(found: &Found, evidence: &Evidence, answer: &mut Answer)
     let family = Family::of(trace);
     let mut here: Vec<&Placed> = family.all().filter(|placed| placed.accepted.end() == at).collect();
     here.sort_by_key(|placed| (placed.step(), placed.accepted.lineage.id));
-    answer.pieces = here.iter().map(|placed| piece_says(placed)).collect();
+    answer.pieces = here.iter().map(|placed| piece_says(placed, evidence)).collect();
     if let Some(placed) = here.first() {
         ground::tell_rules(answer, evidence.sources, placed.stage, placed.quarter);
         answer.lineage = family.ancestry(**placed);

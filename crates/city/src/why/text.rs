@@ -1,6 +1,6 @@
 //! An answer as people read it.
 
-use super::Answer;
+use super::{Answer, PatternSays};
 use std::fmt;
 
 /// The shortest distance (m) between a proposed and a laid end that is worth telling.
@@ -33,6 +33,15 @@ fn at([x, y]: [f64; 2]) -> String {
     format!("({x:.1}, {y:.1})")
 }
 
+/// The patterns of a blend: `grid (62 %, leads), organic (38 %)`.
+fn blended(patterns: &[PatternSays]) -> String {
+    let one = |says: &PatternSays| {
+        let leads = if says.leads { ", leads" } else { "" };
+        format!("{} ({:.0} %{leads})", says.name, says.share * 100.0)
+    };
+    patterns.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
 impl Answer {
     fn rules(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         part(f, "By these rules", !self.rules.is_empty())?;
@@ -58,6 +67,9 @@ impl Answer {
                 _ => String::new(),
             };
             writeln!(f, "  step {:<4} {} to {}: {}{moved}", piece.step, at(piece.from), at(piece.to), piece.outcome)?;
+            if !piece.patterns.is_empty() {
+                writeln!(f, "            by {}", blended(&piece.patterns))?;
+            }
         }
         part(f, "It descends from", !self.lineage.is_empty())?;
         for says in &self.lineage {
