@@ -290,7 +290,8 @@ fn districts_decide_what_differs_by_them() {
 /// A hill of 45 m in the window, on the land that rises to the east.
 fn hill(at: Vec2) -> f64 {
     let far = (at - (WINDOW[0] + WINDOW[1]) / 2.0).length() / 250.0;
-    0.03 * at.x + 45.0 * (1.0 - far * far).max(0.0).powi(2)
+    let rise = (1.0 - far * far).max(0.0);
+    0.03 * at.x + 45.0 * rise * rise
 }
 
 #[test]

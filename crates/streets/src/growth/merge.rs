@@ -163,7 +163,7 @@ impl Merge<'_> {
             keeper.stand_at(accepted.start());
             let stub = stubs.next_if(|stub| stub.line == line);
             match next.next_if(|(stub, _)| stub.line == line) {
-                Some(moving) if self.lay_first(growth, accepted, &moving.0, keeper) => to_end.push(moving),
+                Some(moving) if self.lay_first(growth, accepted, moving.0, keeper) => to_end.push(moving),
                 Some(_) => {}
                 None => self.lay_whole(growth, accepted, stub, keeper),
             }
