@@ -129,7 +129,21 @@ impl Curve {
 
     /// Replaces the run by its curve, or changes nothing should a piece find no room after all.
     fn lay(&self, graph: &mut StreetGraph) -> bool {
-        graph.attempt(|graph| self.replace(graph)).is_some()
+        let Some(around) = self.reach(graph) else { return false };
+        let before = crossings_in(graph, around);
+        let replaced = |graph: &mut StreetGraph| {
+            self.replace(graph)?;
+            // Streets that nearly lie on the run or the curve may have been led elsewhere by either.
+            (crossings_in(graph, around) == before).then_some(())
+        };
+        graph.attempt(replaced).is_some()
+    }
+
+    /// The box of the curve and of all that meets the run.
+    fn reach(&self, graph: &StreetGraph) -> Option<Bounds> {
+        let arms = self.nodes.iter().flat_map(|&node| graph.halves_ccw(node));
+        let ends = arms.flat_map(|&arm| <[Point; 2]>::from(graph.line(arm)));
+        Bounds::of(ends.chain(self.points.iter().map(|point| point.0)))
     }
 
     fn replace(&self, graph: &mut StreetGraph) -> Option<()> {
@@ -140,14 +154,24 @@ impl Curve {
             let new = NewSegment { from, to, from_id, to_id, claim: self.claim, level: 0 };
             let insertion = graph.insert(&new, Crowding::Refuse).ok()?;
             // Whatever else the piece met, it is not the curve.
-            let lies_there = |node: Option<&NodeKey>, at: Point| node.is_some_and(|&node| graph.at(node) == at);
-            let is_whole = insertion.path.len() == 2
-                && lies_there(insertion.path.first(), from)
-                && lies_there(insertion.path.last(), to);
-            is_whole.then_some(())?;
+            let [start, end] = insertion.path[..] else { return None };
+            (graph.at(start) == from && graph.at(end) == to).then_some(())?;
         }
         Some(())
     }
+}
+
+/// The crossings and dead ends in a box, with how many streets meet there, by id.
+fn crossings_in(graph: &StreetGraph, bounds: Bounds) -> Vec<(NodeId, Point, usize)> {
+    let mut nodes = Vec::new();
+    graph.for_segments_near(bounds, |key| nodes.extend(graph.segment(key).ends));
+    nodes.sort_unstable();
+    nodes.dedup();
+    let crossings = nodes.into_iter().filter(|&node| graph.degree(node) != 2 && bounds.contains(graph.at(node)));
+    let mut crossings: Vec<_> =
+        crossings.map(|node| (graph.node(node).id, graph.at(node), graph.degree(node))).collect();
+    crossings.sort_unstable();
+    crossings
 }
 
 /// The claim on all segments of a run, directed along it, where no other street runs there.

@@ -30,7 +30,7 @@ fn still_runs(graph: &StreetGraph, street: StreetId, from: NodeId, to: NodeId) -
     let (a, b) = (graph.at(from), graph.at(to));
     let now = lines(graph, street);
     let mut here = graph.node(from).id;
-    for _ in 0..now.len() {
+    for _ in 0..=now.len() {
         let at = graph.at(graph.find_node(here).expect("live"));
         if !predicates::within(a, b, at, tolerance::SEPARATION) {
             return false;
