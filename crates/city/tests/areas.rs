@@ -1,6 +1,9 @@
 //! Where minors grow: in a polygon, in chosen quarters, in a rim outside all of them.
 
-use city::{Built, Cancel, City, LoadError, Settings, Silent, Until, build, load};
+#[path = "common/build.rs"]
+mod common;
+
+use city::{Built, City, LoadError, Until};
 use geom::Vec2;
 use std::fs;
 use streets::Classes;
@@ -32,14 +35,11 @@ fn try_build(option: &str) -> Result<Built, LoadError> {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("city.rhai"), script(option)).expect("a script");
     fs::write(folder.path().join("districts.geojson"), DISTRICTS).expect("districts");
-    let settings = Settings { until: Until::Parcels, ..Settings::default() };
-    Ok(build(&load(folder.path(), None)?.read()?, settings, &Silent, &Cancel::default()).expect("a city"))
+    common::try_build(folder.path(), Until::Parcels)
 }
 
 fn built(option: &str) -> Built {
-    let built = try_build(option).unwrap_or_else(|error| panic!("{error}"));
-    assert!(!built.report.has_faults(), "{:?}", built.report.faults);
-    built
+    common::faultless(try_build(option))
 }
 
 fn city_of(option: &str) -> City {

@@ -1,7 +1,10 @@
 //! Landmarks, from the script to the finished city.
 
+#[path = "common/build.rs"]
+mod common;
+
 use city::export::{geojson, layout_file, map};
-use city::{Built, Cancel, City, LoadError, Settings, Silent, Until, build, load, validate};
+use city::{Built, City, LoadError, Until, validate};
 use geom::predicates::meets;
 use geom::{Point, Polygon, Vec2};
 use layout::Use;
@@ -36,15 +39,11 @@ fn place(script: &str) -> tempfile::TempDir {
 }
 
 fn try_build(script: &str) -> Result<Built, LoadError> {
-    let folder = place(script);
-    let settings = Settings { until: Until::Buildings, ..Settings::default() };
-    Ok(build(&load(folder.path(), None)?.read()?, settings, &Silent, &Cancel::default()).expect("a city"))
+    common::try_build(place(script).path(), Until::Buildings)
 }
 
 fn built(script: &str) -> Built {
-    let built = try_build(script).unwrap_or_else(|error| panic!("{error}"));
-    assert!(!built.report.has_faults(), "{:?}", built.report.faults);
-    built
+    common::faultless(try_build(script))
 }
 
 fn city_of(script: &str) -> City {
@@ -177,9 +176,7 @@ city(#{{
     let density = image::GrayImage::from_fn(60, 60, |x, y| image::Luma([if x < 25 && y > 35 { 200 } else { 0 }]));
     density.save(maps.join("density.png")).expect("a picture");
     fs::write(maps.join("density.json"), "{\"pixel_size_m\": 100, \"value\": {\"scale\": 20}}").expect("a sidecar");
-    let sources = load(folder.path(), None).expect("a script").read().expect("maps");
-    let settings = Settings { until: Until::Streets, ..Settings::default() };
-    (*build(&sources, settings, &Silent, &Cancel::default()).expect("a city").city).clone()
+    (*common::faultless(common::try_build(folder.path(), Until::Streets)).city).clone()
 }
 
 /// How near the streets of a class come to a place, metres.

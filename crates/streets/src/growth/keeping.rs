@@ -1,7 +1,7 @@
 //! What streets keep to when they are attached: a line that a rim leads elsewhere is held against the chain of its growth
 //! once more, and so is what every crossing on the way then has (V25).
 
-use super::chain::{Chain, Step};
+use super::chain::{Chain, Duplicate, Step};
 use super::ground::Ground;
 use super::near::{Near, is_within};
 use super::{Accepted, Attachment, Draft, Fields, Growth, Refused};
@@ -111,18 +111,14 @@ impl<'a> Keeper<'a> {
             return Err(Refused::Crowded);
         }
         let apart = accepted.line.claim.half_width.saturating_add(self.widest).max(tolerance::LAYING);
-        let within = self.duplicate();
-        self.near.gather(graph, Bounds::between(stub.hinge, to).grown(apart.max(units(within))));
+        let within = self.duplicate().map_or(0, |duplicate| units(duplicate.within));
+        self.near.gather(graph, Bounds::between(stub.hinge, to).grown(apart.max(within)));
         let chain = Arc::clone(&self.chain);
         chain.steps().iter().try_for_each(|step| self.check(step, accepted, stub, to))
     }
 
-    fn duplicate(&self) -> f64 {
-        let found = self.chain.find(|step| match step {
-            Step::Duplicate(duplicate) => Some(duplicate.within),
-            _ => None,
-        });
-        found.unwrap_or(0.0)
+    fn duplicate(&self) -> Option<Duplicate> {
+        self.chain.find(|step| if let Step::Duplicate(duplicate) = step { Some(*duplicate) } else { None })
     }
 
     fn check(&self, step: &Step, accepted: &Accepted, stub: &Attachment, to: Point) -> Result<(), Refused> {
@@ -206,11 +202,7 @@ impl<'a> Keeper<'a> {
     }
 
     fn is_beside_others(&mut self, graph: &StreetGraph, laid_by: &LaidBy, line: &NewSegment) -> bool {
-        let duplicate = self.chain.find(|step| match step {
-            Step::Duplicate(duplicate) => Some(*duplicate),
-            _ => None,
-        });
-        let Some(duplicate) = duplicate.filter(|_| line.level == 0) else { return false };
+        let Some(duplicate) = self.duplicate().filter(|_| line.level == 0) else { return false };
         let (half_width, within) = (line.claim.half_width, units(duplicate.within));
         let mut near = std::mem::take(&mut self.near);
         let around = Bounds::between(line.from, line.to).grown(within.max(half_width.saturating_add(self.widest)));
