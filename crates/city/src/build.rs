@@ -99,7 +99,9 @@ fn run_stages(
         return Err(nothing(sources, &faults));
     }
     let quarters = Faces::of(&graph, FaceKind::Quarter);
+    context.check()?;
     let blocks = Faces::of(&graph, FaceKind::Block);
+    context.check()?;
     let mut network_origins = network.origins;
     let land = land::derive(&context, &graph, &blocks, &quarters, until)?;
     if until > Until::Streets {

@@ -37,7 +37,7 @@ pub struct Report {
 /// What a command built a city from, so that another can build it again.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BuiltFrom {
-    /// The city's folder or script, relative to the folder of the report where possible.
+    /// The city's folder or script as it was named: where it was written to leaves no trace.
     pub city: String,
     /// The folder of further rules, likewise.
     #[serde(default)]

@@ -123,7 +123,7 @@ fn lay(graph: &mut StreetGraph, grown: &Grown, step: u32) {
         }
         Grown::InQuarters { growths, .. } => {
             let growths: Vec<QuarterGrowth> = growths.iter().map(|growth| up_to(growth, step)).collect();
-            attach(graph, &growths);
+            attach(graph, &growths, &|| false);
         }
     }
 }

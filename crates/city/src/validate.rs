@@ -105,7 +105,8 @@ impl fmt::Display for ValidationReport {
         for (kind, count) in &self.features {
             writeln!(f, "{kind}: {count}")?;
         }
-        writeln!(f, "street_km: {:.2}", self.street_km)?;
+        // An empty sum is -0.
+        writeln!(f, "street_km: {:.2}", self.street_km + 0.0)?;
         for note in &self.notes {
             writeln!(f, "note: {note}")?;
         }

@@ -107,7 +107,7 @@ fn a_map_with_other_bounds() {
 
 #[test]
 fn a_sidecar_with_nan_or_zero_scale() {
-    for wrong in ["\"scale\": NaN", "\"scale\": 0", "\"scale\": 1e999", "\"scale\": \"one\""] {
+    for wrong in ["\"scale\": NaN", "\"scale\": 0", "\"scale\": 1e999", "\"scale\": 1e-300", "\"scale\": \"one\""] {
         let place = Place::new(MAPPED);
         place.map("land", 10, 255, MASK);
         let numbers = MASK.replace("\"mask\"", "\"people/km2\"");

@@ -1,8 +1,11 @@
 //! Identities of the things a street graph is made of. All come from lineage (see [`geom::Id`]).
 
-use geom::Id;
+use geom::{Id, Point};
 use serde::{Deserialize, Serialize};
 use std::fmt;
+
+/// What the id of a crossing on a rim is derived with.
+const RIM: u128 = 0x0072_696d;
 
 macro_rules! identity {
     ($(#[$doc:meta])* $name:ident) => {
@@ -24,7 +27,8 @@ identity!(
 );
 identity!(
     /// A node: a shape point keeps the lineage it was drawn or grown with; a crossing of two streets is
-    /// hash(unordered street pair, ordinal among their crossings).
+    /// hash(unordered street pair, ordinal among their crossings), but on the rim of quarters hash(street of the rim,
+    /// place): streets of both sides may end there, and each must find the same crossing without the other.
     NodeId
 );
 identity!(
@@ -37,6 +41,13 @@ impl NodeId {
     pub fn crossing(a: StreetId, b: StreetId, ordinal: u64) -> Self {
         let (low, high) = if a <= b { (a, b) } else { (b, a) };
         Self(low.0.with(&[high.0.0, u128::from(ordinal)]))
+    }
+
+    /// A crossing on a street that closes quarters with one that does not; `ordinal` tells those of several levels at
+    /// one place apart.
+    pub fn on_rim(street: StreetId, at: Point, ordinal: u64) -> Self {
+        let part = |coordinate: i32| u128::from(coordinate as u32);
+        Self(street.0.with(&[RIM, part(at.x), part(at.y), u128::from(ordinal)]))
     }
 }
 

@@ -3,12 +3,16 @@
 use crate::{Class, HalfKey, NodeKey, Segment, SegmentKey, StreetGraph, StreetId};
 use geom::Id;
 
+/// What stands for the end at a rim is derived with.
+const END: u128 = 0x0065_6e64;
+
 /// A maximal chain of segments between two crossings: nodes of degree other than 2 (segments of all levels counted),
 /// or where the most important street, its class, the width, the level or the origin change. A closed loop keeps one
 /// crossing, its node of least id.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// hash(street, first node, last node, second node, level); never depends on geometry.
+    /// hash(street, first node, last node, second node, level), where the street of the rim stands for a node in which
+    /// this one ends at the rim of its quarter: what streets of the other side lead it to there does not rename it.
     pub id: Id,
     /// The most important street that runs here.
     pub street: StreetId,
@@ -50,7 +54,22 @@ pub fn runs(graph: &StreetGraph) -> Vec<Run> {
         }
     }
     runs.sort_unstable_by_key(|run| run.id);
+    make_ids_distinct(graph, &mut runs);
     runs
+}
+
+/// Runs of one street that lead between the same rims have their nodes in their ids after all.
+fn make_ids_distinct(graph: &StreetGraph, runs: &mut [Run]) {
+    let mut is_alike = false;
+    for alike in runs.chunk_by_mut(|a, b| a.id == b.id).filter(|alike| alike.len() > 1) {
+        is_alike = true;
+        for run in alike {
+            run.id = id_of(run, |node| graph.node(node).id.0);
+        }
+    }
+    if is_alike {
+        runs.sort_unstable_by_key(|run| run.id);
+    }
 }
 
 /// The nodes where runs start and end, by key, each once.
@@ -114,9 +133,35 @@ fn run_of(graph: &StreetGraph, halves: &[HalfKey]) -> Run {
     let (street, class, half_width, level, origin) = look(graph.segment(halves[0].segment()));
     let mut nodes = vec![graph.origin(halves[0])];
     nodes.extend(halves.iter().map(|&half| graph.target(half)));
-    let id = |i: usize| graph.node(nodes[i]).id.0.0;
-    let id = street.0.with(&[id(0), id(nodes.len() - 1), id(1), u128::from(level as u8)]);
-    Run { id, street, class, half_width, level, origin, nodes }
+    let mut run = Run { id: Id::default(), street, class, half_width, level, origin, nodes };
+    run.id = id_of(&run, |node| name_of(graph, &run, node));
+    run
+}
+
+fn id_of(run: &Run, name: impl Fn(NodeKey) -> Id) -> Id {
+    let name = |node| name(node).0;
+    run.street.0.with(&[name(run.from()), name(run.to()), name(run.nodes[1]), u128::from(run.level as u8)])
+}
+
+/// What the id of a run hangs on at one of its nodes.
+fn name_of(graph: &StreetGraph, run: &Run, node: NodeKey) -> Id {
+    let closes = |class| graph.classes().info(class).closes_quarters;
+    let ends_here = || {
+        let has_street = |arm: &&HalfKey| graph.segment(arm.segment()).claims().iter().any(|c| c.street == run.street);
+        graph.halves_ccw(node).iter().filter(has_street).count() == 1
+    };
+    if closes(run.class) || !(node == run.from() || node == run.to()) || !ends_here() {
+        return graph.node(node).id.0;
+    }
+    let arms = graph.halves_ccw(node).iter().map(|&arm| graph.segment(arm.segment()).leading());
+    let mut rims = arms.filter(|claim| closes(claim.class)).map(|claim| claim.street);
+    // Where several rims meet, their crossing does not hang on what ends there.
+    match (rims.next(), rims.next()) {
+        (Some(rim), other) if other.is_none_or(|other| other == rim) && rims.all(|more| more == rim) => {
+            rim.0.with(&[END])
+        }
+        _ => graph.node(node).id.0,
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! `plat build`.
 
 use super::bars::Bars;
-use super::why::way;
 use super::{BuildArguments, Failure, Status};
 use city::export::{ColourBy, MapOptions};
 use city::progress::{Progress, Stage};
@@ -79,8 +78,8 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
 /// What is remembered of the command line, to build the same city again.
 fn built_from(arguments: &BuildArguments) -> BuiltFrom {
     BuiltFrom {
-        city: way(&arguments.out, &arguments.city),
-        rules: arguments.rules.as_deref().map(|rules| way(&arguments.out, rules)),
+        city: arguments.city.display().to_string(),
+        rules: arguments.rules.as_deref().map(|rules| rules.display().to_string()),
         set: arguments.set.clone(),
     }
 }

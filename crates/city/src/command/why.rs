@@ -32,7 +32,7 @@ fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Fai
     let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
     let beside = arguments.layout.with_file_name(REPORT);
     let told = built_from(&beside);
-    let from_report = |path: &String| plain(&beside.parent().unwrap_or(Path::new("")).join(path));
+    let from_report = |path: &String| found_from(&beside, path);
     let city = arguments.city.clone().or_else(|| told.as_ref().map(|told| from_report(&told.city)));
     let Some(city) = city else {
         let message = format!(
@@ -70,18 +70,13 @@ fn plain(path: &Path) -> PathBuf {
     below.filter(|below| !below.as_os_str().is_empty()).unwrap_or(whole)
 }
 
-/// The way from one folder to a file or folder; absolute where there is none.
-pub fn way(from: &Path, to: &Path) -> String {
-    let (Ok(from), Ok(to)) = (from.canonicalize(), to.canonicalize()) else { return to.display().to_string() };
-    let (here, there): (Vec<_>, Vec<_>) = (from.components().collect(), to.components().collect());
-    let common = here.iter().zip(&there).take_while(|(a, b)| a == b).count();
-    if common == 0 {
-        return to.display().to_string();
-    }
-    let up = std::iter::repeat_n("..".to_owned(), here.len() - common);
-    let down = there[common..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
-    let parts: Vec<String> = up.chain(down).collect();
-    if parts.is_empty() { ".".into() } else { parts.join("/") }
+/// A path as it was named on a command line: from the present folder, else from the folder of the report or one of those
+/// around it.
+fn found_from(report: &Path, path: &str) -> PathBuf {
+    let whole = report.canonicalize().unwrap_or_else(|_| report.to_path_buf());
+    let around = whole.ancestors().skip(1).map(|folder| folder.join(path));
+    let found = std::iter::once(PathBuf::from(path)).chain(around).find(|path| path.exists());
+    found.map_or_else(|| path.into(), |found| plain(&found))
 }
 
 #[cfg(test)]
@@ -89,13 +84,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ways_go_up_and_down() {
+    fn a_city_is_found_from_around_the_report() {
         let folder = tempfile::tempdir().unwrap();
-        let (out, city) = (folder.path().join("out/a"), folder.path().join("scripts/b"));
+        let (out, city) = (folder.path().join("out/a"), folder.path().join("towns/b"));
         std::fs::create_dir_all(&out).unwrap();
         std::fs::create_dir_all(&city).unwrap();
-        assert_eq!(way(&out, &city), "../../scripts/b");
-        assert_eq!(way(&out, &out), ".");
-        assert_eq!(way(folder.path(), &city), "scripts/b");
+        let report = out.join("report.json");
+        std::fs::write(&report, "{}").unwrap();
+        assert_eq!(found_from(&report, "towns/b"), city.canonicalize().unwrap());
+        assert_eq!(found_from(&report, &city.display().to_string()), city.canonicalize().unwrap());
+        assert_eq!(found_from(&report, "towns/none"), Path::new("towns/none"));
     }
 }

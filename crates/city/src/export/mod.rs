@@ -157,7 +157,9 @@ pub fn write_drawn(
     for format in formats {
         let path = folder.join(format.file_name());
         stop(&path)?;
-        let file = produce(&path, |out| format.write(city, map, out))?;
+        let file = produce(&path, |out| format.write(city, map, &mut Stoppable { out, cancel }));
+        stop(&path)?;
+        let file = file?;
         produced.push((path, file));
     }
     for (name, content) in others {
@@ -167,6 +169,22 @@ pub fn write_drawn(
     }
     stop(folder)?;
     produced.into_iter().map(|(path, file)| put_in_place(file, &path).map(|()| path)).collect()
+}
+
+/// A writer that fails as soon as the build is cancelled: a large file takes long.
+struct Stoppable<'a> {
+    out: &'a mut dyn Write,
+    cancel: &'a Cancel,
+}
+
+impl Write for Stoppable<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.cancel.is_cancelled() { Err(io::Error::other("cancelled")) } else { self.out.write(bytes) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
 }
 
 /// Writes one file so that it is either whole or as before.

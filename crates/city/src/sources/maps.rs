@@ -496,7 +496,8 @@ mod tests {
         {
             assert!(message(with(size, scale, offset, false)).contains("finite number"));
         }
-        assert!(message(with([8.0, 8.0], 1e300, 0.0, false)).contains("not finite"));
+        assert!(message(with([8.0, 8.0], 1e300, 0.0, false)).contains("between 1e-9 and 1e9"));
+        assert!(message(with([8.0, 8.0], 1.0, 1e300, false)).contains("not finite"));
     }
 
     #[test]

@@ -22,6 +22,9 @@ pub fn read_osm(path: &Path, frame: Option<Frame>) -> Result<StreetFile, SourceE
     if text.trim_ascii_start().starts_with(b"<") {
         return parse_osm_xml(path, &bytes, frame);
     }
+    if text.trim_ascii().is_empty() {
+        return Err(SourceError::kind(path, "is empty", "fetch or export the file again".to_owned()));
+    }
     if bytes.starts_with(b"\x1f\x8b") || bytes.starts_with(b"BZh") {
         return Err(SourceError::kind(path, "is compressed", "unpack it first: `gunzip` or `bunzip2`".to_owned()));
     }

@@ -73,6 +73,9 @@ pub(super) struct Placement {
 /// digits, none for pixels that are not square.
 const SQUARE_SLACK: f64 = 0.1;
 
+/// Values that a step of a pixel may stand for: outside, a slip of the pen.
+const SCALES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+
 const FORM: &str = "a sidecar is a JSON object such as {\"pixel_size_m\": 10}";
 
 /// What a field of a sidecar must be.
@@ -180,7 +183,11 @@ impl Sidecar {
 
     /// Checks what the pixels mean.
     pub fn check_value(&self, path: &Path) -> Result<(), SourceError> {
-        positive(path, "value.scale", self.value.scale)?;
+        let scale = positive(path, "value.scale", self.value.scale)?;
+        if !SCALES.contains(&scale) {
+            let rule = format!("it must lie between {:e} and {:e}", SCALES.start(), SCALES.end());
+            return Err(SourceError::value(path, "value.scale", scale, &rule));
+        }
         if self.value.offset.is_finite() {
             return Ok(());
         }

@@ -43,7 +43,9 @@ pub(crate) fn derive(
     until: Until,
 ) -> Result<Land, BuildError> {
     let source = BlockSource::new(graph, faces, quarters);
-    let blocks: Vec<Block> = (0..faces.faces.len()).into_par_iter().map(|face| source.block(face)).collect();
+    let block = |face| (!context.cancel.is_cancelled()).then(|| source.block(face));
+    let blocks: Option<Vec<Block>> = (0..faces.faces.len()).into_par_iter().map(block).collect();
+    let blocks = blocks.ok_or(BuildError::Cancelled)?;
     let ground = Arc::new(CityGround::new(context, graph));
     let plan = &context.sources.plan.landmarks;
     let settled = landmarks::settle(plan, Vec::new()).0;

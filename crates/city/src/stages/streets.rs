@@ -77,13 +77,16 @@ pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, 
         let fields = within(context, class, plan, &fields);
         let growth = grow_arterials(context, &mut network, (class, plan), &fields, report)?;
         finish(&mut network, &growth, plan, &fields, &given);
+        context.check()?;
     }
     if let Some(minors) = &plan.minors {
         let fields = within(context, Classes::MINOR, minors, &fields);
         let growth = grow_minors(context, &mut network, minors, &fields, report)?;
         finish(&mut network, &growth, minors, &fields, &given);
+        context.check()?;
     }
     for &street in &plan.removed {
+        context.check()?;
         if !network.graph.remove_street(street) {
             report.warn(format!("`remove` names street {street}, which is not there"));
         }
@@ -158,6 +161,7 @@ fn import(context: &Context, network: &mut Network, report: &mut Report) -> Resu
     }
     context.progress.begin(Stage::Import, total as u64);
     for (ordinal, line) in plan.given.iter().enumerate() {
+        context.check()?;
         lay_given(network, line, ordinal, report);
         context.progress.advance(1);
     }
@@ -336,7 +340,8 @@ fn grow_minors(
         rayon::join(|| faces.par_iter().map(fill).collect(), || outskirts.as_ref().map(fill_outside));
     context.check()?;
     grown.extend(rim);
-    let merge = attach(&mut network.graph, &grown);
+    let merge = attach(&mut network.graph, &grown, &cancel);
+    context.check()?;
     for growth in &grown {
         report.grown("minors", &growth.log);
     }

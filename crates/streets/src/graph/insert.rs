@@ -83,6 +83,8 @@ enum Via {
 struct Work {
     crowding: Crowding,
     street: StreetId,
+    /// Whether that street closes quarters.
+    closes: bool,
     steps: u32,
     /// Nodes made by this insertion: what lies too close is led through them.
     made: Vec<NodeKey>,
@@ -123,7 +125,8 @@ impl StreetGraph {
             return Err(Refusal::TooShort);
         }
         let street = new.claim.street;
-        let mut work = Work { crowding, street, steps: 0, made: Vec::new(), unsettled: Vec::new(), laid: 0 };
+        let closes = self.classes().info(new.claim.class).closes_quarters;
+        let mut work = Work { crowding, street, closes, steps: 0, made: Vec::new(), unsettled: Vec::new(), laid: 0 };
         let from = self.place_end(new.from, new.from_id, new.level, &mut work)?;
         let to = self.place_end(new.to, new.to_id, new.level, &mut work)?;
         if from == to {
@@ -293,7 +296,7 @@ impl StreetGraph {
                 near
             }
             None => {
-                let id = self.crossing_id(self.segment(segment).leading().street, work.street);
+                let id = self.crossing_id(segment, at, work);
                 self.make_node(id, at, work)
             }
         };
@@ -309,16 +312,20 @@ impl StreetGraph {
         self.lay(node, end, old.level, &old.claims, tolerance::SEPARATION, work, None)
     }
 
-    /// The identity of the next crossing of two streets.
-    fn crossing_id(&self, a: StreetId, b: StreetId) -> NodeId {
+    /// The identity of a new crossing on a segment: of its place on a rim, where one of the two streets closes quarters
+    /// and the other does not, else of the two streets.
+    fn crossing_id(&self, segment: SegmentKey, at: Point, work: &Work) -> NodeId {
+        let leading = self.segment(segment).leading();
+        let id = |ordinal| match (self.classes().info(leading.class).closes_quarters, work.closes) {
+            (true, false) => NodeId::on_rim(leading.street, at, ordinal),
+            (false, true) => NodeId::on_rim(work.street, at, ordinal),
+            _ => NodeId::crossing(leading.street, work.street, ordinal),
+        };
         let mut ordinal = 0;
-        loop {
-            let id = NodeId::crossing(a, b, ordinal);
-            if !self.node_ids.contains_key(&id) {
-                return id;
-            }
+        while self.node_ids.contains_key(&id(ordinal)) {
             ordinal += 1;
         }
+        id(ordinal)
     }
 
     /// Whether an existing street would come to lie on itself: its two passages would become one.

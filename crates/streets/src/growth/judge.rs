@@ -63,6 +63,8 @@ struct Pass {
     is_settled: bool,
     /// What lies ahead, once it was looked for.
     ahead: Option<Option<Met>>,
+    /// Where it ends, once it was tested, and how many steps it was held against.
+    tested: Option<(Line, Point, usize)>,
 }
 
 /// The numbers of a chain that are asked for most. Lengths in LSB.
@@ -118,7 +120,7 @@ impl<'a> Judge<'a> {
             chain: Arc::new(chain.clone()),
             ground: Ground::new(fields, chain),
             fields,
-            near: Near::default(),
+            near: Near::of(settings.class),
             gathered: None,
             widest: graph.segments_unsorted().map(|(_, segment)| segment.half_width()).max().unwrap_or(0),
             numbers: Numbers::of(chain),
@@ -145,16 +147,16 @@ impl<'a> Judge<'a> {
             self.ground.adopt(&chain);
             (self.numbers, self.chain) = (Numbers::of(&chain), Arc::new(chain));
         }
-        let line = self.shaped(graph, proposal)?;
+        let (line, pass) = self.shaped(graph, proposal)?;
         if !is_wanted && (line.outcome != Outcome::Bridged || !self.settings.goal.is_met(line.to)) {
             return Err(Refused::NoDemand);
         }
-        let to = self.tested(graph, proposal, &line)?;
+        let to = self.tested(graph, proposal, &line, pass)?;
         Ok(Judged { to, heading: line.heading, outcome: line.outcome, level: line.level })
     }
 
     /// Asks the steps in order, from the first again after each change, until all agree.
-    fn shaped(&mut self, graph: &StreetGraph, proposal: &Proposal) -> Result<Line, Refused> {
+    fn shaped(&mut self, graph: &StreetGraph, proposal: &Proposal) -> Result<(Line, Pass), Refused> {
         let chain = Arc::clone(&self.chain);
         let mut line = Line::of(proposal);
         let (mut pass, mut by_streets, mut by_step) = (Pass::default(), 0, [0; super::chain::MOST_STEPS]);
@@ -164,6 +166,9 @@ impl<'a> Judge<'a> {
             if pass.agreed & bit != 0 {
                 next += 1;
                 continue;
+            }
+            if matches!(step, Step::Own(_)) && pass.tested.is_none() {
+                self.test_before_own(graph, proposal, &line, next, &mut pass)?;
             }
             match self.ask(graph, proposal, step, &mut line, &mut pass)? {
                 Answer::Agreed => {
@@ -182,7 +187,7 @@ impl<'a> Judge<'a> {
                 }
             }
         }
-        Ok(line)
+        Ok((line, pass))
     }
 
     fn ask(
@@ -376,7 +381,7 @@ impl<'a> Judge<'a> {
         let outcome = if line.is_met { line.outcome } else { how };
         let met = Line { to: end.metres(), outcome, is_met: true, ..*line };
         if end.distance_squared(to) <= SAME_END * SAME_END {
-            (*line, pass.is_settled) = (met, true);
+            (*line, pass.is_settled, pass.tested) = (met, true, None);
             return Ok(Answer::Agreed);
         }
         Ok(Answer::Changed(Line { outcome: how, ..met }))
@@ -426,7 +431,7 @@ impl<'a> Judge<'a> {
     /// The first street on the way, or the crossing close to it.
     fn crossed(&self, from: Point, to: Point, reach: Point, pass: &mut Pass) -> Option<(Point, Outcome)> {
         let met = self.ahead(from, reach, pass)?;
-        if from.distance_squared(met.at) > from.distance_squared(to) {
+        if met.away > from.distance_squared(to) {
             return None;
         }
         let close = || self.near.node_within(met.at, self.numbers.snap, from);
@@ -439,15 +444,55 @@ impl<'a> Judge<'a> {
     /// The first street a little beyond the end.
     fn gone_on(&self, from: Point, to: Point, reach: Point, pass: &mut Pass) -> Option<(Point, Outcome)> {
         let met = self.ahead(from, reach, pass)?;
-        if from.distance_squared(met.at) <= from.distance_squared(to) {
+        if met.away <= from.distance_squared(to) {
             return None;
         }
         let end = self.near.node_within(met.at, self.numbers.snap, from).unwrap_or(met.at);
         self.ground.is_fit(to.metres(), end.metres()).then_some((end, Outcome::Extended))
     }
 
+    /// Holds a line against the steps before a rule's own: most that are refused need no rule to say so.
+    fn test_before_own(
+        &mut self,
+        graph: &StreetGraph,
+        proposal: &Proposal,
+        line: &Line,
+        own: usize,
+        pass: &mut Pass,
+    ) -> Result<(), Refused> {
+        let is_test =
+            |step: &Step| matches!(step, Step::Length(_) | Step::Duplicate(_) | Step::Angle(_) | Step::Arms(_));
+        let chain = Arc::clone(&self.chain);
+        let before = &chain.steps()[..own];
+        if before.iter().any(is_test) {
+            let (line, to) = self.landed(graph, proposal, line)?;
+            before.iter().try_for_each(|step| self.check(step, proposal, &line, to))?;
+            pass.tested = Some((line, to, own));
+        }
+        Ok(())
+    }
+
     /// What holds for every street laid, whatever was adjusted. The end, on a street that it would touch otherwise.
-    fn tested(&mut self, graph: &StreetGraph, proposal: &Proposal, line: &Line) -> Result<Point, Refused> {
+    fn tested(&mut self, graph: &StreetGraph, proposal: &Proposal, line: &Line, pass: Pass) -> Result<Point, Refused> {
+        let (line, to, done) = match pass.tested {
+            Some(tested) => tested,
+            None => {
+                let (line, to) = self.landed(graph, proposal, line)?;
+                (line, to, 0)
+            }
+        };
+        if !self.has_length {
+            self.check_length(proposal.from, to)?;
+        }
+        let chain = Arc::clone(&self.chain);
+        for step in &chain.steps()[done..] {
+            self.check(step, proposal, &line, to)?;
+        }
+        if self.ground.is_in_site(to.metres()) { Ok(to) } else { Err(Refused::Illegal) }
+    }
+
+    /// A line with its end where the insertion will find it.
+    fn landed(&mut self, graph: &StreetGraph, proposal: &Proposal, line: &Line) -> Result<(Line, Point), Refused> {
         let (mut line, mut to) = (*line, line.point()?);
         if line.level != 0 {
             self.is_free_to_land(graph, proposal, to, line.level)?;
@@ -457,14 +502,7 @@ impl<'a> Judge<'a> {
             line.is_met |= end != to;
             to = end;
         }
-        if !self.has_length {
-            self.check_length(proposal.from, to)?;
-        }
-        let chain = Arc::clone(&self.chain);
-        for step in chain.steps() {
-            self.check(step, proposal, &line, to)?;
-        }
-        if self.ground.is_in_site(to.metres()) { Ok(to) } else { Err(Refused::Illegal) }
+        Ok((line, to))
     }
 
     /// A bridge passes over the streets below; it needs a free place to come down. A tunnel likewise.

@@ -80,7 +80,7 @@ impl<'a> Keeper<'a> {
             keeps,
             chain: Arc::new(chain.clone()),
             ground: Ground::new(&keeps.fields, chain),
-            near: Near::default(),
+            near: Near::of(keeps.class),
             cosine: cosine_of(chain),
             arms: chain.most_arms(),
             widest,
@@ -204,7 +204,7 @@ impl<'a> Keeper<'a> {
     fn is_beside_others(&mut self, graph: &StreetGraph, laid_by: &LaidBy, line: &NewSegment) -> bool {
         let Some(duplicate) = self.duplicate().filter(|_| line.level == 0) else { return false };
         let (half_width, within) = (line.claim.half_width, units(duplicate.within));
-        let mut near = std::mem::take(&mut self.near);
+        let mut near = std::mem::replace(&mut self.near, Near::of(self.keeps.class));
         let around = Bounds::between(line.from, line.to).grown(within.max(half_width.saturating_add(self.widest)));
         near.gather_where(graph, around, |key| self.is_of_others(graph, laid_by, key));
         let is_beside = near.is_duplicate(line.from, line.to, half_width, within)

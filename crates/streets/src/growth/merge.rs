@@ -6,6 +6,7 @@
 //! keeps its own end, and one that may not end there either stops at the last crossing before.
 
 use super::keeping::{Keeper, LaidBy};
+use super::slots;
 use super::{Accepted, Attachment, Lineage, QuarterGrowth, Refused};
 use crate::graph::NewSegment;
 use crate::{NodeId, StreetGraph, StreetId};
@@ -39,17 +40,28 @@ pub struct MergeLog {
 }
 
 /// Inserts grown quarters into the graph they were grown from, in the order of quarter ids. What each keeps to holds across rims, too: least angle, length, duplicates, legal area, slope, masks and rules'
-/// own constraints for what is led elsewhere, and the most streets of a crossing for all that is laid.
-pub fn attach(graph: &mut StreetGraph, growths: &[QuarterGrowth]) -> MergeLog {
+/// own constraints for what is led elsewhere, and the most streets of a crossing for all that is laid. When `cancel`
+/// answers true, what is still to be laid is left out: the graph is then not to be used.
+pub fn attach(graph: &mut StreetGraph, growths: &[QuarterGrowth], cancel: &dyn Fn() -> bool) -> MergeLog {
     let mut order: Vec<_> = growths.iter().collect();
     order.sort_by_key(|growth| growth.quarter);
-    let moves = Anchors::of(&order).moves(graph, &order);
+    let stubs: Vec<_> = order.iter().map(|growth| stubs_of(graph, growth)).collect();
+    let moves = Anchors::of(&order).moves(graph, &order, &stubs);
     let widest = widest(graph, &order);
     let mut merge = Merge { graph, laid_by: LaidBy::default(), log: MergeLog::default() };
-    for (ordinal, (growth, moves)) in order.into_iter().zip(&moves).enumerate() {
-        merge.quarter(growth, moves, &mut Keeper::new(ordinal, &growth.keeps, widest));
+    for (ordinal, growth) in order.into_iter().enumerate() {
+        if cancel() {
+            break;
+        }
+        let mut keeper = Keeper::new(ordinal, &growth.keeps, widest);
+        merge.quarter(growth, &stubs[ordinal], &moves[ordinal], &mut keeper);
     }
     merge.log
+}
+
+/// Where the streets of a quarter meet its rim, as the rim is in the graph.
+fn stubs_of(graph: &StreetGraph, growth: &QuarterGrowth) -> Vec<Attachment> {
+    growth.attachments.iter().map(|stub| Attachment { at: slots::slot_of(graph, stub), ..*stub }).collect()
 }
 
 /// Half of the widest right-of-way in a graph and among what is to be laid, in LSB.
@@ -87,10 +99,15 @@ impl Anchors {
 
     /// For each quarter, the stubs that are led elsewhere: earlier ones (by growth time, then lineage) are anchors for
     /// later ones of other quarters.
-    fn moves<'a>(mut self, graph: &StreetGraph, growths: &[&'a QuarterGrowth]) -> Vec<Vec<Move<'a>>> {
-        let all = growths.iter().enumerate();
+    fn moves<'a>(
+        mut self,
+        graph: &StreetGraph,
+        growths: &[&QuarterGrowth],
+        stubs: &'a [Vec<Attachment>],
+    ) -> Vec<Vec<Move<'a>>> {
+        let all = stubs.iter().enumerate();
         let mut stubs: Vec<_> = all
-            .flat_map(|(quarter, growth)| growth.attachments.iter().map(move |stub| (quarter, stub)))
+            .flat_map(|(quarter, stubs)| stubs.iter().map(move |stub| (quarter, stub)))
             .map(|(quarter, stub)| (growths[quarter].log.accepted[stub.line].lineage, quarter, stub))
             .collect();
         stubs.sort_by_key(|(lineage, quarter, _)| (lineage.time, lineage.id, *quarter));
@@ -153,11 +170,11 @@ struct Merge<'a> {
 impl Merge<'_> {
     /// Lays all lines of a quarter in the order they grew; the last pieces of stubs that move come at the end, when all
     /// that they might run into is there.
-    fn quarter(&mut self, growth: &QuarterGrowth, moves: &[Move], keeper: &mut Keeper) {
+    fn quarter(&mut self, growth: &QuarterGrowth, stubs: &[Attachment], moves: &[Move], keeper: &mut Keeper) {
         let mut moves: Vec<_> = moves.iter().collect();
         moves.sort_by_key(|(stub, _)| stub.line);
         let mut next = moves.into_iter().peekable();
-        let mut stubs = growth.attachments.iter().peekable();
+        let mut stubs = stubs.iter().peekable();
         let mut to_end = Vec::new();
         for (line, accepted) in growth.log.accepted.iter().enumerate() {
             keeper.stand_at(accepted.start());
@@ -197,7 +214,9 @@ impl Merge<'_> {
         stub: Option<&Attachment>,
         keeper: &mut Keeper,
     ) {
-        let Err(reason) = keeper.lay(self.graph, &mut self.laid_by, &accepted.line) else {
+        let end = stub.map_or(end_of(accepted), |stub| (stub.at, stub.node));
+        let whole = piece(accepted, start_of(accepted), end);
+        let Err(reason) = keeper.lay(self.graph, &mut self.laid_by, &whole) else {
             self.log.laid += 1;
             return;
         };
@@ -241,6 +260,11 @@ impl Merge<'_> {
 fn start_of(accepted: &Accepted) -> (Point, NodeId) {
     let line = &accepted.line;
     if accepted.is_reversed { (line.to, line.to_id) } else { (line.from, line.from_id) }
+}
+
+fn end_of(accepted: &Accepted) -> (Point, NodeId) {
+    let line = &accepted.line;
+    if accepted.is_reversed { (line.from, line.from_id) } else { (line.to, line.to_id) }
 }
 
 /// A piece of an accepted line, in the direction of its street.

@@ -35,6 +35,7 @@ mod rings;
 mod seat;
 mod senses;
 mod settings;
+mod slots;
 mod smooth;
 mod steer;
 mod varying;

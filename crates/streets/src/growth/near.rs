@@ -1,7 +1,8 @@
 //! The streets around a proposal, gathered once, and the questions the local constraints ask of them. What is answered
 //! here only shapes a proposal; that the graph stays planar is the business of the insertion.
 
-use crate::{SegmentKey, StreetGraph};
+use super::slots;
+use crate::{Class, SegmentKey, StreetGraph};
 use geom::{Bounds, Point, predicates, tolerance};
 
 /// Largest sine of the angle at which two lines count as near-parallel (20.5°).
@@ -16,8 +17,10 @@ const ON_LINE: i32 = 3;
 const PASSED: i32 = 3 * tolerance::LAYING;
 
 /// Segments of the ground near a proposal.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Near {
+    /// The class of what grows.
+    class: Class,
     lines: Vec<Line>,
     /// Bridges and tunnels: they count where they come down.
     raised: Vec<Line>,
@@ -29,20 +32,34 @@ struct Line {
     a: Point,
     b: Point,
     half_width: i32,
+    /// Whether it bounds the quarter of what grows: streets come to its slots only.
+    is_rim: bool,
+}
+
+impl Line {
+    /// Where a street that comes to a place on this one ends.
+    fn place(&self, at: Point) -> Point {
+        if self.is_rim { slots::slot(self.a, self.b, at) } else { at }
+    }
 }
 
 /// Where a line first meets the streets around.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Met {
-    /// Its distance from the start, squared.
-    away: i64,
-    /// The place, rounded.
+    /// How far from the start the street is met, squared.
+    pub away: i64,
+    /// The place, rounded, or the slot there.
     pub at: Point,
     /// Whether it is a crossing that is there already, rather than a street between two.
     pub is_node: bool,
 }
 
 impl Near {
+    /// Nothing yet, for streets of a class.
+    pub fn of(class: Class) -> Self {
+        Self { class, lines: Vec::new(), raised: Vec::new() }
+    }
+
     /// Gathers the segments whose box overlaps the box. The order is that of keys: answers do not depend on
     /// it.
     pub fn gather(&mut self, graph: &StreetGraph, bounds: Bounds) {
@@ -54,6 +71,8 @@ impl Near {
         self.lines.clear();
         self.raised.clear();
         let (lines, raised) = (&mut self.lines, &mut self.raised);
+        let closes = |class| graph.classes().info(class).closes_quarters;
+        let has_rims = !closes(self.class);
         graph.for_segments_near(bounds, |key| {
             if !admit(key) {
                 return;
@@ -61,7 +80,8 @@ impl Near {
             let segment = graph.segment(key);
             let (a, b) = graph.line(key.forward());
             let found = if segment.level == 0 { &mut *lines } else { &mut *raised };
-            found.push(Line { a, b, half_width: segment.half_width() });
+            let is_rim = has_rims && closes(segment.class());
+            found.push(Line { a, b, half_width: segment.half_width(), is_rim });
         });
     }
 
@@ -78,8 +98,7 @@ impl Near {
     /// there the crossing. Streets that `from` lies on, and crossings closer than `least` to it, are passed over.
     pub fn first_met(&self, from: Point, to: Point, snap: i32, least: i32) -> Option<Met> {
         let mut best: Option<Met> = None;
-        let mut offer = |at: Point, is_node: bool| {
-            let away = from.distance_squared(at);
+        let mut offer = |away: i64, at: Point, is_node: bool| {
             if best.is_none_or(|met| (away, at) < (met.away, met.at)) {
                 best = Some(Met { away, at, is_node });
             }
@@ -87,12 +106,13 @@ impl Near {
         let length_squared = from.distance_squared(to) as f64;
         let touch_share = f64::from(tolerance::LAYING) / length_squared.sqrt();
         let (reach, least_share) = (f64::from(snap) * length_squared.sqrt(), f64::from(least) / length_squared.sqrt());
-        for (&Line { a, b, .. }, is_on_ground) in self.with_level() {
+        for (line, is_on_ground) in self.with_level() {
+            let (a, b) = (line.a, line.b);
             let sides = [a, b].map(|end| predicates::orient(from, to, end));
             for (end, side) in [a, b].into_iter().zip(sides) {
                 let share = predicates::dot(from, to, end) as f64 / length_squared;
                 if (side as f64).abs() < reach && share >= least_share && share <= 1.0 {
-                    offer(end, true);
+                    offer(from.distance_squared(end), end, true);
                 }
             }
             if !is_on_ground
@@ -111,7 +131,7 @@ impl Near {
             if share > touch_share
                 && let Some(at) = predicates::cut(from, to, a, b)
             {
-                offer(at, false);
+                offer(from.distance_squared(at), line.place(at), false);
             }
         }
         best
@@ -129,8 +149,9 @@ impl Near {
     pub fn foot_within(&self, p: Point, snap: i32, except: Point) -> Option<Point> {
         let lines = self.lines.iter().filter(|line| line.a != except && line.b != except);
         let close = lines.filter(|line| predicates::within(line.a, line.b, p, snap));
-        let feet = close.map(|line| predicates::foot(line.a, line.b, p));
-        feet.map(|foot| (foot.distance_squared(p), foot)).min().map(|(_, foot)| foot)
+        let feet = close.map(|line| (predicates::foot(line.a, line.b, p), line));
+        let nearest = feet.min_by_key(|(foot, line)| (foot.distance_squared(p), *foot, line.a.min(line.b)));
+        nearest.map(|(foot, line)| line.place(foot))
     }
 
     /// Whether a street is crossed on the way from `from` to `to`.

@@ -46,7 +46,7 @@ fn fill_in(graph: &StreetGraph, face: &Face, rules: &dyn GrowthRules, fields: Fi
 fn a_raster_quarter_is_a_full_grid() {
     let (mut graph, [west, _]) = two_quarters(0.0);
     let growth = fill(&graph, &west, &grid(Angle::ZERO, 100.0, 200.0));
-    let log = attach(&mut graph, &[growth]);
+    let log = attach(&mut graph, &[growth], &never);
     assert_planar(&graph);
     assert_eq!((log.dropped.len(), log.moved), (0, 0));
     for x in 1..6 {
@@ -68,7 +68,7 @@ fn rasters_line_up_across_a_rim() {
         let (mut graph, faces) = two_quarters(slant);
         let rules = grid(heading, 150.0, 90.0);
         let growths = faces.map(|face| fill(&graph, &face, &rules));
-        let log = attach(&mut graph, &growths);
+        let log = attach(&mut graph, &growths, &never);
         assert_planar(&graph);
         assert_eq!(log.dropped, []);
         let on_rim = |p: Point| predicates::within(at(600.0, 0.0), at(600.0 + slant, 800.0), p, 8);
@@ -100,7 +100,7 @@ fn merges_do_not_depend_on_the_order_of_quarters() {
     let growths = faces.map(|face| fill(&graph, &face, &winding()));
     let digest = |growths: &[QuarterGrowth]| {
         let mut graph = graph.clone();
-        let log = attach(&mut graph, growths);
+        let log = attach(&mut graph, growths, &never);
         assert_planar(&graph);
         (graph.digest(), log)
     };
@@ -116,7 +116,7 @@ fn stubs_from_both_sides_share_a_crossing() {
     let (mut graph, faces) = two_quarters(37.0);
     let growths = faces.map(|face| fill(&graph, &face, &winding()));
     let constraints = Chain::default();
-    let log = attach(&mut graph, &growths);
+    let log = attach(&mut graph, &growths, &never);
     assert!(log.moved > 0, "{log:?}");
     let mut on_rim: Vec<_> = graph
         .nodes_unsorted()
@@ -168,7 +168,7 @@ fn given_streets_inside_are_met() {
     street(&mut graph, Classes::MINOR, 50, at(150.0, 180.0), at(430.0, 330.0));
     let growth = fill(&graph, &faces[0], &winding());
     let mut merged = graph.clone();
-    let log = attach(&mut merged, &[growth]);
+    let log = attach(&mut merged, &[growth], &never);
     assert_planar(&merged);
     assert_eq!(log.dropped, []);
     assert!(merged.segments_of(crate::StreetId(geom::Id(50))).len() > 2, "grown streets end on it");
@@ -215,7 +215,7 @@ fn a_hole_is_left_alone() {
     let is_deep = |p: Point| inner.locate(p) == Location::Inside && inner.distance_to_rim(p.metres()) > 0.002;
     assert!(!growth.log.accepted.iter().any(|a| is_deep(a.end())));
     assert!(growth.attachments.iter().any(|stub| stub.side >= 4), "streets end on the hole's rim");
-    let log = attach(&mut graph, &[growth]);
+    let log = attach(&mut graph, &[growth], &never);
     assert_planar(&graph);
     assert_eq!(log.dropped, []);
 }
@@ -231,7 +231,7 @@ proptest! {
         let raster = grid(Angle::degrees(heading), along, across);
         let rules: &dyn GrowthRules = if is_raster { &raster } else { &winding() };
         let growths = faces.map(|face| grow_quarter(&graph, &face, &settings, rules, &shared(site(3000.0)), &never));
-        let log = attach(&mut graph, &growths);
+        let log = attach(&mut graph, &growths, &never);
         assert_planar(&graph);
         prop_assert!(log.dropped.len() * 50 <= log.laid, "{:?}", log.dropped);
         prop_assert!(least_angle(&graph) > 24.0, "{}", least_angle(&graph));
@@ -265,7 +265,7 @@ fn majors_then_minors_make_a_city() {
         let growths: Vec<_> = quarters.iter().map(grown).collect();
         assert!(growths.iter().all(|growth| growth.fault.is_none()));
         let mut city = graph.clone();
-        let log = attach(&mut city, &growths);
+        let log = attach(&mut city, &growths, &never);
         assert_planar(&city);
         assert!(log.laid > 300 && log.dropped.len() * 50 < log.laid, "{} {:?}", log.laid, log.dropped);
         // The rims are where they were: the same quarters come out.

@@ -54,7 +54,7 @@ fn filled(
 
 fn merged(graph: &StreetGraph, growths: &[QuarterGrowth]) -> (StreetGraph, MergeLog) {
     let mut merged = graph.clone();
-    let log = attach(&mut merged, growths);
+    let log = attach(&mut merged, growths, &never);
     (merged, log)
 }
 
