@@ -152,7 +152,7 @@ fn nothing(sources: &Sources, faults: &Faults) -> BuildError {
     let hint = if !faults.is_empty() {
         "mend the rule first: where it fails, streets end"
     } else if has_land {
-        "check that the plan has `given`, `import` or `majors`, and that goals ask for streets somewhere"
+        "check that the city has `given`, `imported`, `highways`, `majors` or `minors`, and that goals ask for streets somewhere"
     } else {
         "check the `land` map and the `within` mask: white is land, black is water"
     };

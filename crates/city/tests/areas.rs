@@ -42,6 +42,18 @@ fn built(option: &str) -> Built {
     common::faultless(try_build(option))
 }
 
+#[test]
+fn a_quarter_that_is_not_there_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = script("rim: 100")
+        .replace("city(#{", "city(#{ quarters: #{ \"0123456789abcdef0123456789abcdef\": #{ seed: 1 } },");
+    fs::write(folder.path().join("city.rhai"), text).expect("a script");
+    fs::write(folder.path().join("districts.geojson"), DISTRICTS).expect("districts");
+    let built = common::faultless(common::try_build(folder.path(), Until::Streets));
+    let told = "`quarters` names quarter 0123456789abcdef0123456789abcdef, which is not there";
+    assert!(built.report.warnings.iter().any(|warning| warning == told), "{:?}", built.report.warnings);
+}
+
 fn city_of(option: &str) -> City {
     (*built(option).city).clone()
 }

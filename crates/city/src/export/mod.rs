@@ -104,6 +104,10 @@ fn at<P: Into<Problem>>(path: &Path) -> impl FnOnce(P) -> ExportError {
 /// # Errors
 /// When it can't be made, is no folder, or refuses new files.
 pub fn prepare(folder: &Path) -> Result<(), ExportError> {
+    if let Some(file) = folder.ancestors().find(|path| path.exists()).filter(|path| !path.is_dir()) {
+        let reason = format!("{} is a file, not a folder\n  hint: name another folder with -o", file.display());
+        return Err(at(folder)(io::Error::new(io::ErrorKind::NotADirectory, reason)));
+    }
     fs::create_dir_all(folder).map_err(at(folder))?;
     let targets = Format::ALL.map(Format::file_name).into_iter().chain([REPORT]);
     if let Some(path) = targets.map(|name| folder.join(name)).find(|path| path.is_dir()) {
@@ -315,6 +319,17 @@ mod tests {
         let error = write_all(&small_city(), b"{}", folder.path(), &cancel).unwrap_err();
         assert!(matches!(error.problem, Problem::Cancelled));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_file_in_the_way_is_named_with_a_hint() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "mine").unwrap();
+        let error = prepare(&file.join("deep/er")).unwrap_err();
+        assert!(error.to_string().contains(&format!("{} is a file", file.display())), "{error}");
+        assert!(error.to_string().contains("hint: name another folder with -o"), "{error}");
+        assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
     }
 
     #[test]

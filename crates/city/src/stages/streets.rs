@@ -320,6 +320,10 @@ fn grow_minors(
 ) -> Result<Growth, BuildError> {
     let quarters = Faces::of(&network.graph, FaceKind::Quarter);
     context.progress.begin(Stage::Minors, quarters.faces.len() as u64 + 1);
+    let is_there = |id: &Id| quarters.faces.binary_search_by_key(id, |face| face.id).is_ok();
+    for id in context.sources.plan.quarters.keys().filter(|id| !is_there(id)) {
+        report.warn(format!("`quarters` names quarter {id}, which is not there"));
+    }
     let outside = Quarter::new(context, network, plan, None)?;
     let choice = chosen::of(context, plan, &quarters, report);
     let outskirts = chosen::outside(context, &network.graph, plan, fields, report);

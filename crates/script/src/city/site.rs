@@ -57,7 +57,8 @@ impl SiteHandle {
             return Ok(MapRef { name: name.to_owned() });
         }
         let near = hint(name, self.info.maps.iter().map(String::as_str));
-        Err(Complaint::new(format!("the site has no map `{name}`")).maybe_hint(near))
+        let help = near.unwrap_or_else(|| format!("put {name}.png, with {name}.json, into the folder of its maps"));
+        Err(Complaint::new(format!("the site has no map `{name}`")).hint(help))
     }
 
     fn map_with(&self, name: &str, options: Map) -> Result<MapRef, Complaint> {
