@@ -1,4 +1,5 @@
-//! Identities of the things a street graph is made of. All come from lineage (see [`geom::Id`]).
+//! Identities of the things a street graph is made of. All come from lineage (see
+//! [`geom::Id`]); crossings on rims hold a place besides.
 
 use geom::{Id, Point};
 use serde::{Deserialize, Serialize};

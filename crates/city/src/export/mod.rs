@@ -322,6 +322,16 @@ mod tests {
     }
 
     #[test]
+    fn a_file_under_way_hears_of_a_cancelled_build() {
+        let (cancel, mut out) = (Cancel::default(), Vec::new());
+        let mut file = Stoppable { out: &mut out, cancel: &cancel };
+        file.write_all(b"half").unwrap();
+        cancel.cancel();
+        assert!(file.write_all(b"the rest").is_err());
+        assert_eq!(out, b"half");
+    }
+
+    #[test]
     fn a_file_in_the_way_is_named_with_a_hint() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");

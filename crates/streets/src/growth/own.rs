@@ -72,8 +72,8 @@ impl Draft {
     }
 }
 
-/// A local constraint that a rule decides: asked at its place in the chain, and again when what it agreed to was changed
-/// by another step.
+/// A local constraint that a rule decides: asked at its place in the chain of what the tests before it let pass, and again
+/// when what it agreed to was changed by another step.
 pub trait Constrain: Debug + Send + Sync {
     /// Leaves a draft as it is, changes it, or refuses it. What goes wrong is recorded by the implementer, and refuses.
     fn constrain(&self, draft: &mut Draft);

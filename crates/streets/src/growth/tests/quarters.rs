@@ -279,4 +279,8 @@ fn cancelling_says_so() {
     let (graph, faces) = two_quarters(0.0);
     let growth = grow_quarter(&graph, &faces[0], &settings(), &winding(), &shared(site(3000.0)), &|| true);
     assert!(growth.is_cancelled() && growth.log.stopped == Some(Stopped::Cancelled));
+    let whole = fill(&graph, &faces[0], &winding());
+    let mut merged = graph.clone();
+    assert_eq!(attach(&mut merged, &[whole], &|| true).laid, 0);
+    assert_eq!(merged.digest(), graph.digest());
 }

@@ -12,6 +12,7 @@ use crate::{Classes, HalfKey, NodeKey, StreetGraph};
 use geom::{Angle, Vec2};
 use proptest::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Two quarters whose common rim is a bent major.
 fn two_quarters(bend: f64, slant: f64) -> StreetGraph {
@@ -152,6 +153,39 @@ impl Constrain for Nowhere {
             draft.refuse("not here".into());
         }
     }
+}
+
+/// A constraint of one's own that agrees to all and keeps the length of the shortest it was asked of, in millimetres.
+#[derive(Debug)]
+struct Shortest(AtomicU64);
+
+impl Constrain for Shortest {
+    fn constrain(&self, draft: &mut Draft) {
+        self.0.fetch_min((draft.length() * 1000.0) as u64, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn tests_before_a_rule_of_ones_own_are_made_before_it_is_asked() {
+    let fields = shared(super::support::site(SIDE));
+    let graph = two_quarters(20.0, 0.0);
+    let (plain, least) = (Chain::default(), Chain::default().length().least);
+    let shortest = |is_last: bool| {
+        let own = Arc::new(Shortest(AtomicU64::new(u64::MAX)));
+        let step = Step::Own(Own(own.clone()));
+        let is_test =
+            |step: &&Step| matches!(step, Step::Length(_) | Step::Duplicate(_) | Step::Angle(_) | Step::Arms(_));
+        let (tests, others): (Vec<_>, Vec<_>) = plain.steps().iter().partition(is_test);
+        let (first, then) = if is_last { (vec![], vec![step]) } else { (vec![step], vec![]) };
+        let steps = others.into_iter().cloned().chain(first).chain(tests.into_iter().cloned()).chain(then);
+        let chain = Chain::new(steps.collect());
+        let growths = filled(&graph, [&chain, &chain], &fields, &winding(), 1);
+        let shortest = own.0.load(Ordering::Relaxed) as f64 / 1000.0;
+        (shortest, growths.into_iter().map(|growth| growth.log.accepted).collect::<Vec<_>>())
+    };
+    let ((last, laid), (first, same)) = (shortest(true), shortest(false));
+    assert!(first < least && least <= last + 0.1, "{first} {least} {last}");
+    assert!(!laid.is_empty() && laid == same, "what agrees to all lays the same");
 }
 
 /// Quarters whose rasters are offset by a little: their streets come to the rim 3 m from each other.
