@@ -9,7 +9,7 @@ use crate::{SegmentKey, StreetGraph};
 use geom::{Point, predicates, tolerance};
 
 /// Distance of slots in the coordinate that changes more along the rim, in LSB: above the separation, so that streets
-/// in neighbouring slots keep it.
+/// in neighbouring slots keep it; twice that, so that rounding seldom sets the two sides astride the border of two.
 pub(super) const SPACING: i32 = 2 * tolerance::SEPARATION;
 
 /// How far a rim may lie from where a quarter saw it, in LSB: what its splits move it by.
