@@ -5,6 +5,7 @@ use super::chain::{Bridge, Chain, Step};
 use super::ground::Ground;
 use super::lineage::Proposal;
 use super::near::{Met, Near, are_apart};
+use super::slots::RimSlots;
 use super::{Draft, Fields, Growth, Legal, Outcome, Own, Refused, Slope};
 use crate::StreetGraph;
 use geom::point::units;
@@ -372,10 +373,13 @@ impl<'a> Judge<'a> {
         let reach = if line.is_met { to } else { self.extended(proposal, to) };
         self.gather(graph, proposal, reach)?;
         let found = match step {
-            Step::Crossing => self.crossed(from, to, reach, pass),
+            Step::Crossing => self.crossed(proposal, to, reach, pass),
             Step::Snap(_) => self.near.node_within(to, self.numbers.snap, from).map(|node| (node, Outcome::Snapped)),
-            Step::Extend(_) => self.gone_on(from, to, reach, pass),
-            _ => self.near.foot_within(to, self.numbers.join, from).map(|foot| (foot, Outcome::Snapped)),
+            Step::Extend(_) => self.gone_on(proposal, to, reach, pass),
+            _ => {
+                let foot = self.near.foot_within(to, self.numbers.join, from, &self.slots(proposal));
+                foot.map(|foot| (foot, Outcome::Snapped))
+            }
         };
         let Some((end, how)) = found else { return Ok(Answer::Agreed) };
         let outcome = if line.is_met { line.outcome } else { how };
@@ -417,20 +421,25 @@ impl<'a> Judge<'a> {
         let Some(extend) = self.numbers.extend else { return to };
         let line = to.metres() - proposal.from.metres();
         let length = line.length();
-        let most = if proposal.is_on_raster { self.chain.length().least } else { extend.most };
+        let most = if proposal.is_on_raster() { self.chain.length().least } else { extend.most };
         let further = (length * (extend.factor - 1.0)).min(most);
         // Written so that a factor that is not a number extends nothing.
         if further > 0.0 && length > 0.0 { Point::from_metres(to.metres() + line * (further / length)) } else { to }
     }
 
-    fn ahead(&self, from: Point, reach: Point, pass: &mut Pass) -> Option<Met> {
+    fn ahead(&self, proposal: &Proposal, reach: Point, pass: &mut Pass) -> Option<Met> {
         let snap = self.numbers.snap.max(tolerance::LAYING);
-        *pass.ahead.get_or_insert_with(|| self.near.first_met(from, reach, snap, self.numbers.least))
+        let (line, least) = ((proposal.from, reach), self.numbers.least);
+        *pass.ahead.get_or_insert_with(|| self.near.first_met(line, snap, least, &self.slots(proposal)))
+    }
+
+    fn slots<'p>(&self, proposal: &'p Proposal) -> RimSlots<'p> {
+        RimSlots::new(proposal, self.numbers.snap)
     }
 
     /// The first street on the way, or the crossing close to it.
-    fn crossed(&self, from: Point, to: Point, reach: Point, pass: &mut Pass) -> Option<(Point, Outcome)> {
-        let met = self.ahead(from, reach, pass)?;
+    fn crossed(&self, proposal: &Proposal, to: Point, reach: Point, pass: &mut Pass) -> Option<(Point, Outcome)> {
+        let (from, met) = (proposal.from, self.ahead(proposal, reach, pass)?);
         if met.away > from.distance_squared(to) {
             return None;
         }
@@ -442,8 +451,8 @@ impl<'a> Judge<'a> {
     }
 
     /// The first street a little beyond the end.
-    fn gone_on(&self, from: Point, to: Point, reach: Point, pass: &mut Pass) -> Option<(Point, Outcome)> {
-        let met = self.ahead(from, reach, pass)?;
+    fn gone_on(&self, proposal: &Proposal, to: Point, reach: Point, pass: &mut Pass) -> Option<(Point, Outcome)> {
+        let (from, met) = (proposal.from, self.ahead(proposal, reach, pass)?);
         if met.away <= from.distance_squared(to) {
             return None;
         }
@@ -498,7 +507,7 @@ impl<'a> Judge<'a> {
             self.is_free_to_land(graph, proposal, to, line.level)?;
         } else {
             self.gather(graph, proposal, to)?;
-            let end = self.touching(proposal.from, to);
+            let end = self.touching(proposal, to);
             line.is_met |= end != to;
             to = end;
         }
@@ -538,13 +547,13 @@ impl<'a> Judge<'a> {
     }
 
     /// The end that the insertion would give a line: on whatever lies closer than the laying distance.
-    fn touching(&self, from: Point, to: Point) -> Point {
-        let reach = tolerance::LAYING;
+    fn touching(&self, proposal: &Proposal, to: Point) -> Point {
+        let (from, reach) = (proposal.from, tolerance::LAYING);
         if self.numbers.snap >= reach && self.numbers.join >= reach {
             return to;
         }
         let node = self.near.node_within(to, reach, from);
-        node.or_else(|| self.near.foot_within(to, reach, from)).unwrap_or(to)
+        node.or_else(|| self.near.foot_within(to, reach, from, &self.slots(proposal))).unwrap_or(to)
     }
 
     fn check_length(&self, from: Point, to: Point) -> Result<(), Refused> {

@@ -9,6 +9,9 @@ const NODE: u128 = 0x6e6f_6465;
 /// What the id of a seed's street is derived with.
 const STREET: u128 = 0x7374_7265_6574;
 
+/// How close (m) to a crossing of a raster a place is that crossing, rounded.
+const ON_CROSSING: f64 = 0.01;
+
 /// Most raster crossings a target is moved on by, where the nearest one is the start itself.
 const MOST_PITCHES: usize = 2;
 
@@ -102,8 +105,8 @@ pub(super) struct Proposal {
     pub generation: u32,
     pub lead: Option<u16>,
     pub is_reversed: bool,
-    /// Whether its end was moved onto a raster, or onto rings and rays.
-    pub is_on_raster: bool,
+    /// The raster, or the rings and rays, that its end was moved onto.
+    pub raster: Option<Steer>,
     /// Whether it starts at a seed, where there may be no node yet.
     pub is_from_seed: bool,
 }
@@ -130,7 +133,7 @@ impl Proposal {
             length: if branch.goes_on() { origin.length } else { 0.0 },
             generation: origin.generation.saturating_add(u32::from(!branch.goes_on())),
             lead: aim.lead,
-            is_on_raster: aim.steer.is_some_and(|steer| steer.settles()),
+            raster: aim.steer.filter(Steer::settles),
             is_from_seed: origin.fired == 0,
             is_reversed: match branch {
                 Branch::Back => !origin.is_reversed,
@@ -138,6 +141,21 @@ impl Proposal {
                 Branch::Left | Branch::Right => false,
             },
         })
+    }
+
+    /// Whether its end was moved onto a raster, or onto rings and rays.
+    pub fn is_on_raster(&self) -> bool {
+        self.raster.is_some()
+    }
+
+    /// Two places in metres on the line of the raster that it follows: crossings of the raster themselves, where its ends
+    /// are such, so that the rounding of its start does not show in them.
+    pub fn course(&self) -> Option<[Vec2; 2]> {
+        let raster = self.raster?;
+        Some([self.from.metres(), self.target].map(|place| {
+            let settled = raster.settle(place);
+            if (settled - place).length() <= ON_CROSSING { settled } else { place }
+        }))
     }
 }
 

@@ -1,19 +1,20 @@
 //! Putting what grew in quarters into the graph: sequential, in an order of its own, so that the result does not depend
 //! on how the quarters were scheduled.
 //!
-//! Streets that come to the same stretch of rim from both sides, closer than they would snap, are led to one crossing:
-//! to that of the street which got there first. What the chain promises holds there, too: a street that may not be led so
-//! keeps its own end, and one that may not end there either stops at the last crossing before.
+//! Nor does one quarter's result depend on another's: a change in one leaves all streets of the others as they were (V16,
+//! with nothing but the quarter itself around the change). Streets of both sides share a crossing where both came to
+//! the same slot of the rim ([`slots`](super::slots)), and the most streets that a crossing may have are dealt out between the sides beforehand.
+//! What the chain promises holds there, too: a street that may not be led to a crossing of rims keeps its own end, and
+//! one that may not end there either stops at the last crossing before.
 
-use super::keeping::{Keeper, LaidBy};
+use super::keeping::{Keeper, Laid};
+use super::near::Near;
 use super::slots;
 use super::{Accepted, Attachment, Lineage, QuarterGrowth, Refused};
 use crate::graph::NewSegment;
-use crate::{NodeId, StreetGraph, StreetId};
+use crate::{NodeId, StreetGraph};
 use geom::point::units;
-use geom::{Id, Point, tolerance};
-use rustc_hash::FxHashMap;
-use smallvec::SmallVec;
+use geom::{Id, Point};
 
 /// A street that found no room, or would have broken what its growth keeps to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +34,7 @@ pub struct Dropped {
 pub struct MergeLog {
     /// Grown lines now in the graph.
     pub laid: usize,
-    /// Those among them whose last piece was led to another crossing of the rim.
+    /// Those among them whose last piece was led to a crossing of rims.
     pub moved: usize,
     /// Those left out.
     pub dropped: Vec<Dropped>,
@@ -46,15 +47,18 @@ pub fn attach(graph: &mut StreetGraph, growths: &[QuarterGrowth], cancel: &dyn F
     let mut order: Vec<_> = growths.iter().collect();
     order.sort_by_key(|growth| growth.quarter);
     let stubs: Vec<_> = order.iter().map(|growth| stubs_of(graph, growth)).collect();
-    let moves = Anchors::of(&order).moves(graph, &order, &stubs);
     let widest = widest(graph, &order);
-    let mut merge = Merge { graph, laid_by: LaidBy::default(), log: MergeLog::default() };
+    let mut keepers: Vec<_> =
+        order.iter().enumerate().map(|(ordinal, growth)| Keeper::new(ordinal, &growth.keeps, widest)).collect();
+    let with_keepers = order.iter().zip(&stubs).zip(&mut keepers);
+    let moves: Vec<_> = with_keepers.map(|((growth, stubs), keeper)| moves_of(graph, growth, stubs, keeper)).collect();
+    let laid = Laid::before(graph);
+    let mut merge = Merge { graph, laid, log: MergeLog::default() };
     for (ordinal, growth) in order.into_iter().enumerate() {
         if cancel() {
             break;
         }
-        let mut keeper = Keeper::new(ordinal, &growth.keeps, widest);
-        merge.quarter(growth, &stubs[ordinal], &moves[ordinal], &mut keeper);
+        merge.quarter(growth, &stubs[ordinal], &moves[ordinal], &mut keepers[ordinal]);
     }
     merge.log
 }
@@ -76,94 +80,50 @@ fn widest(graph: &StreetGraph, growths: &[&QuarterGrowth]) -> i32 {
 struct Anchor {
     at: Point,
     node: NodeId,
-    /// Position of the quarter that made it, in order of ids.
-    quarter: usize,
 }
 
 /// A stub and the crossing it is led to.
-type Move<'a> = (&'a Attachment, Anchor);
-
-/// The crossings that streets make with rims, found by street and place.
-struct Anchors {
-    /// The farthest that any of them snaps.
-    snap: i32,
-    cells: FxHashMap<(StreetId, i32, i32), SmallVec<[Anchor; 2]>>,
+struct Move<'a> {
+    stub: &'a Attachment,
+    anchor: Anchor,
+    /// What lay around before anything was attached.
+    near: Near,
 }
 
-impl Anchors {
-    fn of(growths: &[&QuarterGrowth]) -> Self {
-        let farthest =
-            growths.iter().flat_map(|growth| growth.attachments.iter().map(|stub| snap_of(growth, stub))).max();
-        Self { snap: farthest.unwrap_or(tolerance::LAYING), cells: FxHashMap::default() }
-    }
-
-    /// For each quarter, the stubs that are led elsewhere: earlier ones (by growth time, then lineage) are anchors for
-    /// later ones of other quarters.
-    fn moves<'a>(
-        mut self,
-        graph: &StreetGraph,
-        growths: &[&QuarterGrowth],
-        stubs: &'a [Vec<Attachment>],
-    ) -> Vec<Vec<Move<'a>>> {
-        let all = stubs.iter().enumerate();
-        let mut stubs: Vec<_> = all
-            .flat_map(|(quarter, stubs)| stubs.iter().map(move |stub| (quarter, stub)))
-            .map(|(quarter, stub)| (growths[quarter].log.accepted[stub.line].lineage, quarter, stub))
-            .collect();
-        stubs.sort_by_key(|(lineage, quarter, _)| (lineage.time, lineage.id, *quarter));
-        let mut moves = vec![Vec::new(); growths.len()];
-        for (_, quarter, stub) in stubs {
-            let snap = snap_of(growths[quarter], stub);
-            let found = self.crossing_of_rim(graph, stub, snap).or_else(|| self.nearest(stub, quarter, snap));
-            match found {
-                Some(anchor) if anchor.at != stub.at => moves[quarter].push((stub, anchor)),
-                Some(_) => {}
-                None => self.add(stub, quarter),
-            }
-        }
-        moves
-    }
-
-    /// A crossing of the rim with another rim, made from the other side: what grew here did not know of it.
-    fn crossing_of_rim(&self, graph: &StreetGraph, stub: &Attachment, snap: i32) -> Option<Anchor> {
-        let (key, _) = graph.nearest_node(stub.at, snap)?;
-        let has_street = |claims: &[crate::Claim]| claims.iter().any(|claim| claim.street == stub.street);
-        let on_street = graph.halves_ccw(key).iter().any(|arm| has_street(graph.segment(arm.segment()).claims()));
-        on_street.then(|| Anchor { at: graph.at(key), node: graph.node(key).id, quarter: usize::MAX })
-    }
-
-    fn nearest(&self, stub: &Attachment, quarter: usize, snap: i32) -> Option<Anchor> {
-        let (x, y) = self.cell(stub.at);
-        let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (stub.street, x + dx, y + dy)));
-        let anchors = around.filter_map(|cell| self.cells.get(&cell)).flatten();
-        let distance = |anchor: &Anchor| anchor.at.distance_squared(stub.at);
-        let limit = i64::from(snap) * i64::from(snap);
-        anchors
-            .filter(|anchor| anchor.quarter != quarter && distance(anchor) < limit)
-            .min_by_key(|anchor| (distance(anchor), anchor.node))
-            .copied()
-    }
-
-    fn add(&mut self, stub: &Attachment, quarter: usize) {
-        let (x, y) = self.cell(stub.at);
-        let anchor = Anchor { at: stub.at, node: stub.node, quarter };
-        self.cells.entry((stub.street, x, y)).or_default().push(anchor);
-    }
-
-    fn cell(&self, at: Point) -> (i32, i32) {
-        (at.x.div_euclid(self.snap), at.y.div_euclid(self.snap))
-    }
+/// The stubs of a quarter that are led elsewhere.
+fn moves_of<'a>(
+    graph: &StreetGraph,
+    growth: &QuarterGrowth,
+    stubs: &'a [Attachment],
+    keeper: &mut Keeper,
+) -> Vec<Move<'a>> {
+    let found = stubs.iter().map(|stub| (stub, crossing_of_rim(graph, stub, snap_of(growth, stub))));
+    let moves = found.filter_map(|(stub, anchor)| Some((stub, anchor.filter(|anchor| anchor.at != stub.at)?)));
+    moves
+        .map(|(stub, anchor)| {
+            keeper.stand_at(growth.log.accepted[stub.line].start());
+            Move { stub, anchor, near: keeper.look_around(graph, stub, anchor.at) }
+        })
+        .collect()
 }
 
-/// How far a stub snaps at the rim, in LSB.
+/// A crossing of the rim with another rim, made from the other side: what grew here did not know of it.
+fn crossing_of_rim(graph: &StreetGraph, stub: &Attachment, snap: i32) -> Option<Anchor> {
+    let (key, _) = graph.nearest_node(stub.at, snap)?;
+    let has_street = |claims: &[crate::Claim]| claims.iter().any(|claim| claim.street == stub.street);
+    let on_street = graph.halves_ccw(key).iter().any(|arm| has_street(graph.segment(arm.segment()).claims()));
+    on_street.then(|| Anchor { at: graph.at(key), node: graph.node(key).id })
+}
+
+/// How far a stub snaps at the rim, in LSB; as far as slots keep from crossings of the rim at least.
 fn snap_of(growth: &QuarterGrowth, stub: &Attachment) -> i32 {
     let start = growth.log.accepted[stub.line].start();
-    units(growth.keeps.constraints.snap_at(start.metres())).max(tolerance::LAYING)
+    units(growth.keeps.constraints.snap_at(start.metres())).max(slots::SPACING)
 }
 
 struct Merge<'a> {
     graph: &'a mut StreetGraph,
-    laid_by: LaidBy,
+    laid: Laid,
     log: MergeLog,
 }
 
@@ -172,21 +132,21 @@ impl Merge<'_> {
     /// that they might run into is there.
     fn quarter(&mut self, growth: &QuarterGrowth, stubs: &[Attachment], moves: &[Move], keeper: &mut Keeper) {
         let mut moves: Vec<_> = moves.iter().collect();
-        moves.sort_by_key(|(stub, _)| stub.line);
+        moves.sort_by_key(|moving| moving.stub.line);
         let mut next = moves.into_iter().peekable();
         let mut stubs = stubs.iter().peekable();
         let mut to_end = Vec::new();
         for (line, accepted) in growth.log.accepted.iter().enumerate() {
             keeper.stand_at(accepted.start());
             let stub = stubs.next_if(|stub| stub.line == line);
-            match next.next_if(|(stub, _)| stub.line == line) {
-                Some(moving) if self.lay_first(growth, accepted, moving.0, keeper) => to_end.push(moving),
+            match next.next_if(|moving| moving.stub.line == line) {
+                Some(moving) if self.lay_first(growth, accepted, moving.stub, keeper) => to_end.push(moving),
                 Some(_) => {}
                 None => self.lay_whole(growth, accepted, stub, keeper),
             }
         }
-        for (stub, anchor) in to_end {
-            self.lay_stub(growth, stub, anchor, keeper);
+        for moving in to_end {
+            self.lay_stub(growth, moving, keeper);
         }
     }
 
@@ -202,7 +162,7 @@ impl Merge<'_> {
             return true;
         }
         let first = piece(accepted, start_of(accepted), (stub.hinge, stub.hinge_node));
-        let laid = keeper.lay(self.graph, &mut self.laid_by, &first);
+        let laid = keeper.lay(self.graph, &mut self.laid, &first);
         laid.map_err(|reason| self.drop(growth, accepted, reason, false)).is_ok()
     }
 
@@ -216,32 +176,33 @@ impl Merge<'_> {
     ) {
         let end = stub.map_or(end_of(accepted), |stub| (stub.at, stub.node));
         let whole = piece(accepted, start_of(accepted), end);
-        let Err(reason) = keeper.lay(self.graph, &mut self.laid_by, &whole) else {
+        let Err(reason) = keeper.lay(self.graph, &mut self.laid, &whole) else {
             self.log.laid += 1;
             return;
         };
         let stub = stub.filter(|stub| stub.hinge != accepted.start());
         let shorter = stub.map(|stub| piece(accepted, start_of(accepted), (stub.hinge, stub.hinge_node)));
-        let is_shortened = shorter.is_some_and(|line| keeper.lay(self.graph, &mut self.laid_by, &line).is_ok());
+        let is_shortened = shorter.is_some_and(|line| keeper.lay(self.graph, &mut self.laid, &line).is_ok());
         self.log.laid += usize::from(is_shortened);
         self.drop(growth, accepted, reason, is_shortened);
     }
 
     /// Lays the last piece of a stub to its anchor, or, where that would run into something or break what its growth
     /// keeps to, to its own end.
-    fn lay_stub(&mut self, growth: &QuarterGrowth, stub: &Attachment, anchor: &Anchor, keeper: &mut Keeper) {
+    fn lay_stub(&mut self, growth: &QuarterGrowth, moving: &Move, keeper: &mut Keeper) {
+        let Move { stub, anchor, near } = moving;
         let accepted = &growth.log.accepted[stub.line];
         keeper.stand_at(accepted.start());
         let hinge = (stub.hinge, stub.hinge_node);
         let moved = piece(accepted, hinge, (anchor.at, anchor.node));
-        let may_lead = keeper.may_lead(self.graph, accepted, stub, anchor.at).is_ok();
-        if may_lead && keeper.lay(self.graph, &mut self.laid_by, &moved).is_ok() {
+        let may_lead = keeper.may_lead(self.graph, &self.laid, near, accepted, stub, anchor.at).is_ok();
+        if may_lead && keeper.lay(self.graph, &mut self.laid, &moved).is_ok() {
             self.log.laid += 1;
             self.log.moved += 1;
             return;
         }
         let own = piece(accepted, hinge, (stub.at, stub.node));
-        match keeper.lay(self.graph, &mut self.laid_by, &own) {
+        match keeper.lay(self.graph, &mut self.laid, &own) {
             Ok(()) => self.log.laid += 1,
             Err(reason) => {
                 let is_shortened = stub.hinge != accepted.start();

@@ -1,7 +1,7 @@
 //! The streets around a proposal, gathered once, and the questions the local constraints ask of them. What is answered
 //! here only shapes a proposal; that the graph stays planar is the business of the insertion.
 
-use super::slots;
+use super::slots::RimSlots;
 use crate::{Class, SegmentKey, StreetGraph};
 use geom::{Bounds, Point, predicates, tolerance};
 
@@ -17,7 +17,7 @@ const ON_LINE: i32 = 3;
 const PASSED: i32 = 3 * tolerance::LAYING;
 
 /// Segments of the ground near a proposal.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Near {
     /// The class of what grows.
     class: Class,
@@ -38,8 +38,8 @@ struct Line {
 
 impl Line {
     /// Where a street that comes to a place on this one ends.
-    fn place(&self, at: Point) -> Point {
-        if self.is_rim { slots::slot(self.a, self.b, at) } else { at }
+    fn place(&self, at: Point, slots: &RimSlots) -> Point {
+        if self.is_rim { slots.slot(self.a, self.b, at) } else { at }
     }
 }
 
@@ -70,6 +70,11 @@ impl Near {
     pub fn gather_where(&mut self, graph: &StreetGraph, bounds: Bounds, admit: impl Fn(SegmentKey) -> bool) {
         self.lines.clear();
         self.raised.clear();
+        self.add_where(graph, bounds, admit);
+    }
+
+    /// Adds such segments to those that are known.
+    pub fn add_where(&mut self, graph: &StreetGraph, bounds: Bounds, admit: impl Fn(SegmentKey) -> bool) {
         let (lines, raised) = (&mut self.lines, &mut self.raised);
         let closes = |class| graph.classes().info(class).closes_quarters;
         let has_rims = !closes(self.class);
@@ -96,7 +101,7 @@ impl Near {
 
     /// The first street that the line from `from` to `to` crosses, or crossing that it passes closer than `snap` LSB,
     /// there the crossing. Streets that `from` lies on, and crossings closer than `least` to it, are passed over.
-    pub fn first_met(&self, from: Point, to: Point, snap: i32, least: i32) -> Option<Met> {
+    pub fn first_met(&self, (from, to): (Point, Point), snap: i32, least: i32, slots: &RimSlots) -> Option<Met> {
         let mut best: Option<Met> = None;
         let mut offer = |away: i64, at: Point, is_node: bool| {
             if best.is_none_or(|met| (away, at) < (met.away, met.at)) {
@@ -131,7 +136,7 @@ impl Near {
             if share > touch_share
                 && let Some(at) = predicates::cut(from, to, a, b)
             {
-                offer(from.distance_squared(at), line.place(at), false);
+                offer(from.distance_squared(at), line.place(at, slots), false);
             }
         }
         best
@@ -146,12 +151,12 @@ impl Near {
     }
 
     /// The place nearest to `p` on a street closer than `snap` LSB that does not start at `except`.
-    pub fn foot_within(&self, p: Point, snap: i32, except: Point) -> Option<Point> {
+    pub fn foot_within(&self, p: Point, snap: i32, except: Point, slots: &RimSlots) -> Option<Point> {
         let lines = self.lines.iter().filter(|line| line.a != except && line.b != except);
         let close = lines.filter(|line| predicates::within(line.a, line.b, p, snap));
         let feet = close.map(|line| (predicates::foot(line.a, line.b, p), line));
         let nearest = feet.min_by_key(|(foot, line)| (foot.distance_squared(p), *foot, line.a.min(line.b)));
-        nearest.map(|(foot, line)| line.place(foot))
+        nearest.map(|(foot, line)| line.place(foot, slots))
     }
 
     /// Whether a street is crossed on the way from `from` to `to`.

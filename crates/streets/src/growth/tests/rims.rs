@@ -5,12 +5,13 @@ use super::kept::{MOVED, SIDE, chain, ground, is_inside, longest_run, steepest};
 use super::support::{assert_planar, at, grid, minors, never, quarter_at, shared, street, winding};
 use crate::graph::CheckLevel;
 use crate::growth::{
-    Chain, Constrain, Draft, Fields, GrowthRules, Keeps, MergeLog, Own, QuarterGrowth, QuarterSettings, Refused, Step,
-    attach, grow_quarter,
+    Chain, Constrain, Draft, Fields, GrowthRules, Keeps, Legal, MergeLog, Own, QuarterGrowth, QuarterSettings, Refused,
+    Slope, Step, attach, grow_quarter,
 };
-use crate::{Classes, HalfKey, NodeKey, StreetGraph};
-use geom::{Angle, Vec2};
+use crate::{Classes, HalfKey, NodeId, NodeKey, StreetGraph, StreetId};
+use geom::{Angle, Point, Vec2};
 use proptest::prelude::*;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -188,12 +189,80 @@ fn tests_before_a_rule_of_ones_own_are_made_before_it_is_asked() {
     assert!(!laid.is_empty() && laid == same, "what agrees to all lays the same");
 }
 
-/// Quarters whose rasters are offset by a little: their streets come to the rim 3 m from each other.
+/// What a chain says without streets over, under or across a rim, nor at angles below those of grown streets.
+fn staying(chain: &Chain) -> Chain {
+    let least = geom::tolerance::LEAST_GROWN_ANGLE_DEG;
+    let at_least = |angle: Angle| Step::Angle(Angle::degrees(angle.to_degrees().max(least)));
+    let staying = chain.steps().iter().cloned().map(|step| match step {
+        Step::Legal(legal) => Step::Legal(Legal { bridge: None, ..legal }),
+        Step::Slope(slope) => Step::Slope(Slope { tunnel: 0.0, ..slope }),
+        Step::Angle(angle) => at_least(angle),
+        step => step,
+    });
+    let mut steps = vec![Step::Crossing];
+    steps.extend(staying.filter(|step| *step != Step::Crossing));
+    if !steps.iter().any(|step| matches!(step, Step::Angle(_))) {
+        steps.push(at_least(Angle::ZERO));
+    }
+    Chain::new(steps)
+}
+
+/// The pieces of the streets that grew in a quarter: whose, of what crossings, where.
+fn pieces(graph: &StreetGraph, growth: &QuarterGrowth) -> BTreeSet<(StreetId, [(NodeId, Point); 2])> {
+    let streets: BTreeSet<_> = growth.log.accepted.iter().map(|accepted| accepted.lineage.street).collect();
+    let end = |node| (graph.node(node).id, graph.at(node));
+    let all = graph.segments_unsorted().map(|(key, segment)| {
+        let half = if segment.leading().forward { key.forward() } else { key.backward() };
+        (segment.leading().street, [end(graph.origin(half)), end(graph.target(half))])
+    });
+    all.filter(|(street, _)| streets.contains(street)).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    /// Whatever grows on the other side of a rim, by whatever rules, or nothing: no byte of a quarter's streets differs.
+    #[test]
+    fn no_quarter_feels_another(one in chain(), other in chain(), fields in ground(), chance in any::<u64>(), is_raster in any::<[bool; 2]>(),
+                                heading in 0.0f64..90.0, bend in -60.0f64..60.0, slant in -60.0f64..60.0) {
+        let fields = shared(fields);
+        let (raster, winding) = (grid(Angle::degrees(heading), 80.0, 50.0), winding());
+        let rules = |is_raster: bool| if is_raster { &raster as &dyn GrowthRules } else { &winding };
+        let (one, other) = (staying(&one), staying(&other));
+        let mut graph = two_quarters(bend, slant);
+        // A major of the east that meets the rim, unseen from the west.
+        let foot = graph.nearest_segment(at(bend / 2.0 + 1.0, -150.0), 100 * 1024, 0).unwrap().1;
+        street(&mut graph, Classes::MAJOR, 9, at(110.0, -140.0), foot);
+        let [west, _] = &filled(&graph, [&one, &one], &fields, rules(is_raster[0]), chance)[..] else { unreachable!() };
+        let neighbours = [(&one, is_raster[0], chance), (&one, is_raster[0], chance ^ 1), (&other, is_raster[1], chance)];
+        let mut neighbours: Vec<_> = neighbours
+            .into_iter()
+            .map(|(chain, is_raster, chance)| filled(&graph, [chain, chain], &fields, rules(is_raster), chance).swap_remove(1))
+            .collect();
+        let mut left = neighbours[0].clone();
+        (left.log.accepted, left.attachments) = (Vec::new(), Vec::new());
+        neighbours.push(left);
+        let mut seen = neighbours.iter().map(|east| {
+            let (merged, log) = merged(&graph, &[west.clone(), east.clone()]);
+            let dropped: Vec<_> = log.dropped.into_iter().filter(|dropped| dropped.quarter == west.quarter).collect();
+            (pieces(&merged, west), dropped)
+        });
+        let first = seen.next().unwrap();
+        for other in seen {
+            prop_assert_eq!(&first.1, &other.1);
+            let differing: Vec<_> = first.0.symmetric_difference(&other.0).collect();
+            prop_assert_eq!(differing, Vec::<&(StreetId, [(NodeId, Point); 2])>::new());
+        }
+    }
+}
+
+/// Streets of the west that come to the rim 3 m from where majors of the east do.
 fn offset(chain: &Chain, fields: &Arc<Fields>) -> (StreetGraph, Vec<QuarterGrowth>) {
-    let graph = two_quarters(0.0, 0.0);
-    let (west, east) = (grid(Angle::ZERO, 80.0, 50.0), grid(Angle::ZERO, 80.0, 53.0));
-    let mut growths = filled(&graph, [chain, chain], fields, &west, 1);
-    growths[1] = filled(&graph, [chain, chain], fields, &east, 1).swap_remove(1);
+    let mut graph = two_quarters(0.0, 0.0);
+    for (name, y) in [(6, -147.0), (7, -47.0), (8, 53.0), (9, 153.0)] {
+        street(&mut graph, Classes::MAJOR, name, at(100.0, y), at(0.0, y));
+    }
+    let mut growths = filled(&graph, [chain, chain], fields, &grid(Angle::ZERO, 80.0, 50.0), 1);
+    growths.truncate(1);
     (graph, growths)
 }
 
