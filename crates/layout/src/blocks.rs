@@ -5,7 +5,7 @@ use crate::{Block, Body, Joint};
 use geom::predicates::{dot, orient};
 use geom::{Bounds, Id, Point, Polygon, boolean};
 use streets::faces::{Face, Faces, Side};
-use streets::{HalfKey, NodeKey, SegmentKey, StreetGraph};
+use streets::{HalfKey, NodeId, NodeKey, SegmentKey, StreetGraph};
 
 /// No face.
 const NONE: u32 = u32::MAX;
@@ -30,7 +30,7 @@ impl<'a> BlockSource<'a> {
     /// Prepares what all blocks share, in linear time.
     pub fn new(graph: &'a StreetGraph, faces: &'a Faces, quarters: &'a Faces) -> Self {
         let reach = graph.segments_unsorted().filter(|(_, segment)| segment.level == 0);
-        let reach = reach.map(|(key, _)| reach_of(&segment_body(graph, key))).max().unwrap_or(0);
+        let reach = reach.map(|(key, _)| reach_of(&segment_body(graph, key, &|_| true))).max().unwrap_or(0);
         Self { graph, faces, quarter_of: quarters_of_blocks(faces, quarters), reach }
     }
 
@@ -45,7 +45,7 @@ impl<'a> BlockSource<'a> {
         let mut streets: Vec<_> = bodies.iter().map(|body: &Body| body.street).collect();
         streets.sort_unstable();
         streets.dedup();
-        bodies.extend(self.by_id(found.antennas.clone()).map(|key| segment_body(self.graph, key)));
+        bodies.extend(self.by_id(found.antennas.clone()).map(|key| segment_body(self.graph, key, &|_| true)));
         let mut block = Block { id: found.id, quarter: self.quarter_of[face], polygon, streets, bodies };
         let foreign = self.foreign_bodies(face as u32, &block);
         block.bodies.extend(foreign);
@@ -58,7 +58,8 @@ impl<'a> BlockSource<'a> {
         keys.into_iter()
     }
 
-    /// Rights-of-way of streets that do not lie on the block's rims but reach into land that its own leave free.
+    /// Rights-of-way of streets that do not lie on the block's rims but reach into land that its own leave free: of those
+    /// that close quarters in stretches that do not show what else meets them.
     fn foreign_bodies(&self, face: u32, block: &Block) -> Vec<Body> {
         let Some(bounds) = block.polygon.bounds() else { return Vec::new() };
         let is_foreign = |key: &SegmentKey| {
@@ -67,7 +68,10 @@ impl<'a> BlockSource<'a> {
         };
         let mut near = self.graph.segments_near(bounds.grown(self.reach));
         near.retain(is_foreign);
-        let mut bodies: Vec<Body> = self.by_id(near).map(|key| segment_body(self.graph, key)).collect();
+        let is_corner = |at: Point| block.polygon.rings().any(|ring| ring.contains(&at));
+        let mut bodies: Vec<Body> = near.into_iter().map(|key| segment_body(self.graph, key, &is_corner)).collect();
+        bodies.sort_unstable_by_key(|body| (body.from, body.to, body.street));
+        bodies.dedup();
         bodies.retain(|body| body_pieces(body).any(|piece| may_reach(&piece, block)));
         if bodies.is_empty() {
             return bodies;
@@ -111,20 +115,50 @@ fn side_bodies(sides: &[Side]) -> impl Iterator<Item = Body> {
     })
 }
 
-/// The body of a whole segment, from its lesser end to its greater.
-fn segment_body(graph: &StreetGraph, key: SegmentKey) -> Body {
+/// The body of a segment, from its lesser end to its greater; on a rim of quarters that of its whole stretch, up to the
+/// places where it must end.
+fn segment_body(graph: &StreetGraph, key: SegmentKey, must_end: &dyn Fn(Point) -> bool) -> Body {
     let forward = key.forward();
     let half = if graph.at(graph.origin(forward)) < graph.at(graph.target(forward)) { forward } else { forward.twin() };
-    let (from, to) = graph.line(half);
+    let (start, end) = (last_of(graph, half.twin(), must_end).twin(), last_of(graph, half, must_end));
     let segment = graph.segment(key);
     Body {
         street: segment.leading().street,
-        from,
-        to,
+        from: graph.at(graph.origin(start)),
+        to: graph.at(graph.target(end)),
         half_width: segment.half_width(),
-        before: joint(graph, graph.origin(half), half),
-        after: joint(graph, graph.target(half), half.twin()),
+        before: joint(graph, graph.origin(start), start),
+        after: joint(graph, graph.target(end), end.twin()),
     }
+}
+
+/// The last half of the straight stretch of a rim that a half leads along: on over the crossings that streets of quarters
+/// make with it. Their rounding would move land across the rim by a unit.
+fn last_of(graph: &StreetGraph, half: HalfKey, must_end: &dyn Fn(Point) -> bool) -> HalfKey {
+    let mut last = half;
+    while let Some(next) = next_of(graph, last).filter(|_| !must_end(graph.at(graph.target(last)))) {
+        last = next;
+        if last == half {
+            break;
+        }
+    }
+    last
+}
+
+/// The half that goes on straight from a half over a crossing on a rim.
+fn next_of(graph: &StreetGraph, half: HalfKey) -> Option<HalfKey> {
+    let segment = graph.segment(half.segment());
+    let (street, node) = (segment.leading().street, graph.node(graph.target(half)));
+    // What a street of a quarter made is named by its place; a corner or a bend of the rim is not.
+    if !(0..2).any(|ordinal| NodeId::on_rim(street, node.at, ordinal) == node.id) {
+        return None;
+    }
+    let goes_on = |arm: HalfKey| {
+        let other = graph.segment(arm.segment());
+        let is_alike = other.level == segment.level && other.half_width() == segment.half_width();
+        arm != half.twin() && is_alike && other.leading().street == street
+    };
+    graph.halves_ccw(graph.target(half)).iter().copied().find(|&arm| goes_on(arm))
 }
 
 /// How a segment ends at a node, given its half that leaves the node: what gap there is between it and its neighbours
@@ -136,8 +170,8 @@ fn joint(graph: &StreetGraph, node: NodeKey, half: HalfKey) -> Joint {
     let arms: Vec<HalfKey> = graph.halves_ccw(node).iter().copied().filter(|&arm| graph.level(arm) == 0).collect();
     let Some(i) = arms.iter().position(|&arm| arm == half) else { return Joint::Flat };
     let (left, right) = (arms[(i + 1) % arms.len()], arms[(i + arms.len() - 1) % arms.len()]);
-    let (at, ahead) = (graph.at(node), graph.line(half).1);
-    let far = |arm: HalfKey| graph.line(arm).1;
+    let far = |arm: HalfKey| graph.at(graph.target(last_of(graph, arm, &|_| false)));
+    let (at, ahead) = (graph.at(node), far(half));
     // The next arm counter-clockwise lies right of this one, or the next clockwise one left of it: a reflex gap.
     if left != half && orient(at, ahead, far(left)) < 0 {
         Joint::Bend(far(left))

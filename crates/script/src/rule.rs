@@ -1,7 +1,9 @@
 //! A rule: one loaded Rhai file with the values of its parameters.
 
 use crate::fault::{Diagnosis, Fault, of_error, of_panic};
-use crate::host::{Limits, Modules, Reading, Resolver, Shelves, Source, Texts, Vocabulary, engine, unknown_words};
+use crate::host::{
+    Limits, Modules, Reading, Resolver, Shelves, Source, Texts, Vocabulary, engine, settle, unknown_words,
+};
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
 use crate::words;
@@ -194,6 +196,17 @@ impl Rule {
         });
         let result = catch_unwind(call).map_err(|panic| self.fault_of_panic(&*panic))?;
         result.map_err(|error| self.fault_of(*error))
+    }
+
+    /// The same with parameters that are the same everywhere written into it, for a function that is asked of each element.
+    pub(crate) fn settled_entry(&self, kind: RuleKind) -> Entry {
+        let (mut entry, params) = (self.entry(kind), self.params.ready());
+        let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
+        let value = |name: &str| params.everywhere(declared.iter().position(|other| *other == name)?);
+        if let (Expr::Stmt(body), Some(p)) = (&mut entry.body, entry.arguments.last()) {
+            settle(body, p, &value);
+        }
+        entry
     }
 
     /// The function of a kind that the rule has.

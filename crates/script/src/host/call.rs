@@ -61,7 +61,7 @@ pub(crate) struct Caller<C> {
 impl<C: Located + Send + 'static> Caller<C> {
     /// The function of a kind that the rule has.
     pub fn new(rule: Rule, kind: RuleKind) -> Self {
-        let (entry, params) = (rule.entry(kind), rule.params().ready());
+        let (entry, params) = (rule.settled_entry(kind), rule.params().ready());
         let everywhere = Dynamic::from(params.clone());
         Self { rule, entry, params, everywhere, desks: Mutex::new(Vec::new()) }
     }

@@ -6,6 +6,7 @@ mod engine;
 mod library;
 mod maths;
 mod resolver;
+mod settle;
 mod vocabulary;
 
 pub(crate) use call::{Caller, Handle, Located};
@@ -15,6 +16,7 @@ pub use library::{Embedded, Library, Source};
 pub(crate) use library::{Shelves, Texts, is_inside};
 pub(crate) use maths::{number, numeric};
 pub(crate) use resolver::{Modules, Reading, Resolver};
+pub(crate) use settle::settle;
 pub(crate) use vocabulary::Vocabulary;
 
 use crate::fault::plain_type;

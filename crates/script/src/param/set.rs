@@ -152,6 +152,12 @@ impl Params {
         Self { place, ..self.clone() }
     }
 
+    /// A value that does not differ by place.
+    pub fn everywhere(&self, position: usize) -> Option<Dynamic> {
+        let is_placed = self.placed.as_ref().is_some_and(|placed| placed.get(position).is_some_and(Option::is_some));
+        self.ready.get(position).filter(|_| !is_placed).cloned()
+    }
+
     fn value(&self, position: usize) -> Dynamic {
         let placed = self.placed.as_ref().and_then(|placed| placed.get(position)?.as_ref());
         match placed {
