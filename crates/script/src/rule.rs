@@ -2,7 +2,7 @@
 
 use crate::fault::{Diagnosis, Fault, of_error, of_panic};
 use crate::host::{
-    Limits, Modules, Reading, Resolver, Shelves, Source, Texts, Vocabulary, engine, settle, unknown_words,
+    Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Texts, Vocabulary, engine, unknown_words,
 };
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
@@ -203,8 +203,15 @@ impl Rule {
         let (mut entry, params) = (self.entry(kind), self.params.ready());
         let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
         let value = |name: &str| params.everywhere(declared.iter().position(|other| *other == name)?);
-        if let (Expr::Stmt(body), Some(p)) = (&mut entry.body, entry.arguments.last()) {
-            settle(body, p, &value);
+        let evaluate = |expression: &Expr| {
+            let Stage { mut global, mut caches, mut scope } = self.stage();
+            let mut context = EvalContext::new(&self.file.engine, &mut global, &mut caches, &mut scope, None);
+            let result = catch_unwind(AssertUnwindSafe(|| context.eval_expression_tree(&Expression::from(expression))));
+            result.ok()?.ok()
+        };
+        let is_own = |name: &str| self.file.ast.iter_functions().any(|function| function.name == name);
+        if let (Expr::Stmt(body), Some(variable)) = (&mut entry.body, entry.arguments.last()) {
+            Settling { variable, value: &value, evaluate: &evaluate, is_own: &is_own }.settle(body);
         }
         entry
     }

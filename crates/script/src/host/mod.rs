@@ -16,7 +16,7 @@ pub use library::{Embedded, Library, Source};
 pub(crate) use library::{Shelves, Texts, is_inside};
 pub(crate) use maths::{number, numeric};
 pub(crate) use resolver::{Modules, Reading, Resolver};
-pub(crate) use settle::settle;
+pub(crate) use settle::Settling;
 pub(crate) use vocabulary::Vocabulary;
 
 use crate::fault::plain_type;

@@ -1,15 +1,35 @@
-//! Parameters that are the same everywhere, written into a function before it runs: reading one from `p` costs a call,
-//! which a rule asked a million times feels.
+//! Parameters that are the same everywhere, written into a function before it runs, and what follows from them alone:
+//! reading one from `p` costs a call, which a rule asked a million times feels.
 
-use rhai::{ASTNode, Dynamic, Expr, Stmt, StmtBlock};
+use rhai::{ASTNode, Dynamic, Expr, ImmutableString, Position, Stmt, StmtBlock};
+use std::collections::BTreeMap;
 
-/// Puts the values of properties of a variable in the place of reading them, where `value` has one. Nothing is done in a
-/// function that binds the name anew: what it means then hangs on the place.
-pub(crate) fn settle(function: &mut StmtBlock, variable: &str, value: &dyn Fn(&str) -> Option<Dynamic>) {
-    let binds = |statement: &Stmt| statement.walk(&mut Vec::new(), &mut |path| !is_binding(path, variable));
-    if function.iter().all(binds) {
-        Settling { variable, value }.block(function);
+/// Functions whose result hangs on their arguments alone.
+const PURE: [&str; 17] = [
+    "raster", "cross", "rings", "min", "max", "clamp", "mix", "sqrt", "pow", "floor", "ceiling", "round", "sin", "cos",
+    "tan", "to_float", "to_int",
+];
+
+/// Whether a place to assign to is a variable or a part of it.
+fn is_rooted_in(place: &Expr, name: &str) -> bool {
+    match place {
+        Expr::Variable(to, ..) => to.1.as_str() == name,
+        Expr::Index(parts, ..) | Expr::Dot(parts, ..) => is_rooted_in(&parts.lhs, name),
+        _ => false,
     }
+}
+
+/// What a function is settled with.
+#[derive(Clone, Copy)]
+pub(crate) struct Settling<'a> {
+    /// The variable that parameters are properties of.
+    pub variable: &'a str,
+    /// The value of a parameter that has one everywhere.
+    pub value: &'a dyn Fn(&str) -> Option<Dynamic>,
+    /// Evaluates what hangs on no variable; `None` where that fails.
+    pub evaluate: &'a dyn Fn(&Expr) -> Option<Dynamic>,
+    /// Whether the script has a function of its own of a name.
+    pub is_own: &'a dyn Fn(&str) -> bool,
 }
 
 /// Whether a node makes a name stand for something new, or lets a closure have it.
@@ -21,22 +41,71 @@ fn is_binding(path: &[ASTNode], name: &str) -> bool {
         Stmt::TryCatch(parts, ..) => matches!(&parts.expr, Expr::Variable(caught, ..) if caught.1.as_str() == name),
         Stmt::Import(parts, ..) => parts.1.as_str() == name,
         Stmt::Share(names) => names.iter().any(|(shared, _)| shared.as_str() == name),
-        Stmt::Assignment(parts) => matches!(&parts.1.lhs, Expr::Variable(to, ..) if to.1.as_str() == name),
+        Stmt::Assignment(parts) => is_rooted_in(&parts.1.lhs, name),
         _ => false,
     }
 }
 
-struct Settling<'a> {
-    variable: &'a str,
-    value: &'a dyn Fn(&str) -> Option<Dynamic>,
+impl Settling<'_> {
+    /// Puts values in the place of what reads them, and of what is computed from them alone. Nothing is done in a function
+    /// that binds the variable anew: what it means then hangs on the place.
+    pub fn settle(self, function: &mut StmtBlock) {
+        if bindings(function.statements(), self.variable) > 0 {
+            return;
+        }
+        let mut settler = Settler { with: self, known: BTreeMap::new() };
+        // First what is never done is left out, so that it changes no variable.
+        settler.block(function);
+        for i in 0..function.len() {
+            settler.statement(&mut function.as_mut()[i]);
+            settler.known.extend(variable_for_good(&function.statements()[i..]));
+        }
+    }
 }
 
-impl Settling<'_> {
+/// A variable that the first of some statements makes of a constant, if none of the rest binds or changes it.
+fn variable_for_good(statements: &[Stmt]) -> Option<(ImmutableString, Dynamic)> {
+    let (Stmt::Var(parts, ..), rest) = statements.split_first()? else { return None };
+    let value = parts.1.is_constant().then(|| parts.1.get_literal_value(None)).flatten()?;
+    // Text has methods that change it.
+    let is_number = value.is_float() || value.is_int() || value.is_bool();
+    (is_number && bindings(rest, &parts.0.name) == 0).then(|| (parts.0.name.clone(), value))
+}
+
+/// How often statements bind a name, or change what it stands for.
+fn bindings(statements: &[Stmt], name: &str) -> usize {
+    let mut count = 0;
+    for statement in statements {
+        statement.walk(&mut Vec::new(), &mut |path| {
+            count += usize::from(is_binding(path, name));
+            true
+        });
+    }
+    count
+}
+
+/// A function on the way.
+struct Settler<'a> {
+    with: Settling<'a>,
+    /// Variables that stand for one constant from here on.
+    known: BTreeMap<ImmutableString, Dynamic>,
+}
+
+impl Settler<'_> {
     fn block(&self, block: &mut StmtBlock) {
         block.as_mut().iter_mut().for_each(|statement| self.statement(statement));
     }
 
     fn statement(&self, statement: &mut Stmt) {
+        self.parts(statement);
+        let Stmt::If(parts, at) = statement else { return };
+        if let Expr::BoolConstant(is_so, _) = parts.expr {
+            let chosen = std::mem::take(if is_so { &mut parts.body } else { &mut parts.branch });
+            *statement = if chosen.is_empty() { Stmt::Noop(*at) } else { Stmt::Block(Box::new(chosen)) };
+        }
+    }
+
+    fn parts(&self, statement: &mut Stmt) {
         match statement {
             Stmt::If(parts, ..) | Stmt::While(parts, ..) | Stmt::Do(parts, ..) => {
                 self.expression(&mut parts.expr);
@@ -87,21 +156,41 @@ impl Settling<'_> {
                 self.expression(&mut parts.rhs);
             }
             Expr::And(parts, ..) | Expr::Or(parts, ..) | Expr::Coalesce(parts, ..) => self.all(parts),
-            Expr::FnCall(call, ..) | Expr::MethodCall(call, ..) => self.all(&mut call.args),
+            Expr::MethodCall(call, ..) => self.all(&mut call.args),
+            Expr::FnCall(call, at) => {
+                self.all(&mut call.args);
+                let is_pure =
+                    call.op_token.is_some() || (PURE.contains(&&*call.name) && !(self.with.is_own)(&call.name));
+                let hangs_on_nothing = is_pure && call.args.iter().all(Expr::is_constant);
+                let at = *at;
+                if let Some(value) = hangs_on_nothing.then(|| (self.with.evaluate)(expression)).flatten() {
+                    *expression = constant(value, at);
+                }
+            }
             _ => {}
         }
     }
 
-    /// The value of an expression that reads a property of the variable and nothing more.
+    /// The value of an expression that reads a parameter, or a variable that stands for a constant, and nothing more.
     fn settled(&self, expression: &Expr) -> Option<Expr> {
-        let Expr::Dot(parts, ..) = expression else { return None };
-        match (&parts.lhs, &parts.rhs) {
-            (Expr::Variable(of, ..), Expr::Property(property, _)) if of.1.as_str() == self.variable => {
-                let value = (self.value)(&property.2).filter(is_plain)?;
-                Some(Expr::from_dynamic(value, expression.position()))
-            }
+        let value = match expression {
+            Expr::Variable(of, ..) => self.known.get(&of.1).cloned(),
+            Expr::Dot(parts, ..) => match (&parts.lhs, &parts.rhs) {
+                (Expr::Variable(of, ..), Expr::Property(property, _)) if of.1.as_str() == self.with.variable => {
+                    (self.with.value)(&property.2).filter(is_plain)
+                }
+                _ => None,
+            },
             _ => None,
-        }
+        };
+        value.map(|value| constant(value, expression.position()))
+    }
+}
+
+fn constant(value: Dynamic, at: Position) -> Expr {
+    match is_plain(&value) {
+        true => Expr::from_dynamic(value, at),
+        false => Expr::DynamicConstant(Box::new(value), at),
     }
 }
 
@@ -153,6 +242,20 @@ mod tests {
             "let q = p; tip.ahead(q.a);",
             "let f = |x| p.a; tip.ahead(f.call(0));",
             "tip.ahead({ let inner = p.a; inner });",
+            "if p.a < 6 { tip.ahead(1) } else if p.a + 1 == 8 { tip.ahead(-(-p.a)) }",
+            "let n = if p.yes { p.a } else { 2 }; tip.ahead(n);",
+            "if !p.yes { return; } if p.a > 100 { } tip.ahead(max(p.a, sqrt(p.a * p.a)));",
+            "tip.steer(raster(0, p.a * 10, 20)); tip.ahead(p.a);",
+            "let n = p.a; if p.a > 100 { n *= 2; } tip.ahead(n);",
+            "let n = p.a; n += 1; tip.ahead(n - 1);",
+            "let n = p.a; { let n = 3; n += 1; } tip.ahead(n);",
+            "let n = p.a; for n in 0..3 { n + 1; } tip.ahead(n);",
+            "let n = 1; let n = p.a; tip.ahead(n);",
+            "let n = p.a; let m = n * 2; tip.ahead(m / 2);",
+            "if p.yes { let n = p.a; tip.ahead(n); }",
+            "let n = p.a; let f = |x| n; tip.ahead(f.call(0));",
+            "let w = p.word; w.clear(); tip.ahead(if w == p.word { 1 } else { p.a });",
+            "let l = [1]; l.push(p.a); tip.ahead(l[1]);",
             "let p = #{ a: p.a }; tip.ahead(p.a);",
             "if true { let p = #{ a: 7 }; tip.ahead(p.a); return; } tip.ahead(p.a + 1);",
             "for p in [#{ a: 7 }] { tip.ahead(p.a); }",
@@ -167,6 +270,7 @@ mod tests {
 
     #[test]
     fn faults_stand_where_they_stood() {
+        assert_eq!(ahead("  tip.steer(raster(0, -p.a, 20));").map_err(|told| told.starts_with("4:")), Err(true));
         assert_eq!(ahead("  p.a = 3; tip.ahead(p.a);").map_err(|told| told.starts_with("4:")), Err(true));
         assert_eq!(ahead("  tip.ahead(p.word);").map_err(|told| told.starts_with("4:")), Err(true));
         assert_eq!(ahead("  tip.ahead(p.missing);").map_err(|told| told.contains("missing")), Err(true));
