@@ -92,6 +92,7 @@ fn run_stages(
     let until = settings.until;
     let context = stages::Context { sources, faults: &faults, progress, cancel, traces: settings.traces };
     let mut report = Report::new(sources);
+    let printed = sources.plan.notes();
     sources.warnings.iter().for_each(|warning| report.warn(warning.clone()));
     let network = streets::derive(&context, &mut report)?;
     let graph = network.graph;
@@ -128,6 +129,7 @@ fn run_stages(
         buildings,
     };
     report.finish(&city, &faults, land.trimmed, land.open);
+    report.printed(&sources.plan, &printed);
     Ok(Built { city: Arc::new(city), report, trace: network.trace })
 }
 

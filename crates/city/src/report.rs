@@ -2,7 +2,7 @@
 
 use crate::sources::ImportLog;
 use crate::{City, Sources};
-use script::{Fault, Faults};
+use script::{Fault, Faults, Plan};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog, Refused};
@@ -30,8 +30,22 @@ pub struct Report {
     pub sliver_m2: f64,
     /// What is odd but did no harm.
     pub warnings: Vec<String>,
+    /// What rules printed, by rule and text.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub prints: Vec<Print>,
     /// What went wrong in rules, each kind once with a count.
     pub faults: Vec<FaultReport>,
+}
+
+/// A line that a rule printed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Print {
+    /// The rule's file.
+    pub rule: String,
+    /// What it printed.
+    pub text: String,
+    /// How often.
+    pub count: u64,
 }
 
 /// What a command built a city from, so that another can build it again.
@@ -118,6 +132,15 @@ impl Report {
 
     pub(crate) fn warn(&mut self, warning: String) {
         self.warnings.push(warning);
+    }
+
+    /// Keeps what rules printed since an earlier time: rules live longer than one build.
+    pub(crate) fn printed(&mut self, plan: &Plan, before: &[(String, String, u64)]) {
+        let earlier: BTreeMap<_, _> = before.iter().map(|(rule, text, count)| ((rule, text), *count)).collect();
+        for (rule, text, count) in plan.notes() {
+            let count = count - earlier.get(&(&rule, &text)).copied().unwrap_or(0);
+            self.prints.extend((count > 0).then_some(Print { rule, text, count }));
+        }
     }
 
     pub(crate) fn grown(&mut self, stage: &'static str, log: &GrowthLog) {

@@ -385,13 +385,22 @@ fn miscounted(ast: &AST, path: &str, functions: &[(&str, usize)]) -> Option<Faul
     Some(Fault { line: line as u32, column: u32::from(line > 0), ..fault })
 }
 
-/// The statements of the function whose braces stand at two positions: Rhai does not hand them out by function.
+/// The statements of the function whose braces stand at two positions: Rhai does not hand them out by function. Closures
+/// in it are functions of their own.
 fn statements_between(ast: &AST, from: Position, to: Position) -> Vec<Stmt> {
     let order = |at: Position| (at.line(), at.position());
+    let body_of = |name: &str, arguments: usize| {
+        let body = &ast.shared_lib().get_script_fn(name, arguments)?.body;
+        Some((order(body.start_position()), order(body.end_position())))
+    };
+    let bodies = ast.iter_functions().filter_map(|function| body_of(function.name, function.params.len()));
+    let inner: Vec<_> = bodies.filter(|(start, _)| *start > order(from) && *start < order(to)).collect();
+    let is_of_closure = |at| inner.iter().any(|&(start, end)| start <= at && at <= end);
     let mut found = Vec::new();
     ast.walk(&mut |path: &[ASTNode<'_>]| {
         if let [ASTNode::Stmt(statement)] = path
             && (order(from)..order(to)).contains(&order(statement.position()))
+            && !is_of_closure(order(statement.position()))
         {
             found.push((*statement).clone());
         }

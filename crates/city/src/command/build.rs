@@ -165,8 +165,12 @@ fn tell(arguments: &BuildArguments, report: &Report, written: &[PathBuf]) -> Sta
     for warning in report.warnings.iter().take(20).filter(|_| !arguments.quiet) {
         eprintln!("   warning  {warning}");
     }
+    let times = |count: u64| if count > 1 { format!(" ({count} times)") } else { String::new() };
+    for print in report.prints.iter().take(20).filter(|_| !arguments.quiet) {
+        eprintln!("   print    {}: {}{}", print.rule, print.text, times(print.count));
+    }
     for fault in &report.faults {
-        let times = if fault.count > 1 { format!(" ({} times)", fault.count) } else { String::new() };
+        let times = times(fault.count);
         eprintln!("{}:{}:{}: {}{times}", fault.file, fault.line, fault.column, fault.message);
         if let Some(hint) = &fault.hint {
             eprintln!("  hint: {hint}");

@@ -1,7 +1,7 @@
 //! Parameters that are the same everywhere, written into a function before it runs, and what follows from them alone:
 //! reading one from `p` costs a call, which a rule asked a million times feels.
 
-use rhai::{ASTNode, Dynamic, Expr, ImmutableString, Position, Stmt, StmtBlock};
+use rhai::{ASTNode, BinaryExpr, Dynamic, Expr, ImmutableString, Position, Stmt, StmtBlock};
 use std::collections::BTreeMap;
 
 /// Functions whose result hangs on their arguments alone.
@@ -9,6 +9,16 @@ const PURE: [&str; 17] = [
     "raster", "cross", "rings", "min", "max", "clamp", "mix", "sqrt", "pow", "floor", "ceiling", "round", "sin", "cos",
     "tan", "to_float", "to_int",
 ];
+
+/// Whether a chain calls a method on a variable itself.
+fn calls_on(parts: &BinaryExpr, name: &str) -> bool {
+    let is_call = match &parts.rhs {
+        Expr::MethodCall(..) => true,
+        Expr::Dot(rest, ..) | Expr::Index(rest, ..) => matches!(&rest.lhs, Expr::MethodCall(..)),
+        _ => false,
+    };
+    is_call && matches!(&parts.lhs, Expr::Variable(of, ..) if of.1.as_str() == name)
+}
 
 /// Whether a place to assign to is a variable or a part of it.
 fn is_rooted_in(place: &Expr, name: &str) -> bool {
@@ -32,9 +42,13 @@ pub(crate) struct Settling<'a> {
     pub is_own: &'a dyn Fn(&str) -> bool,
 }
 
-/// Whether a node makes a name stand for something new, or lets a closure have it.
+/// Whether a node makes a name stand for something new, lets a closure have it, or calls a method that might change it.
 fn is_binding(path: &[ASTNode], name: &str) -> bool {
-    let Some(ASTNode::Stmt(statement)) = path.last() else { return false };
+    let statement = match path.last() {
+        Some(ASTNode::Stmt(statement)) => statement,
+        Some(ASTNode::Expr(Expr::Dot(parts, ..))) => return calls_on(parts, name),
+        _ => return false,
+    };
     match statement {
         Stmt::Var(parts, ..) => parts.0.as_str() == name,
         Stmt::For(parts, ..) => parts.0.as_str() == name || parts.1.as_ref().is_some_and(|i| i.as_str() == name),
@@ -151,12 +165,15 @@ impl Settler<'_> {
             Expr::Stmt(block) => self.block(block),
             Expr::InterpolatedString(parts, ..) | Expr::Array(parts, ..) => self.all(parts),
             Expr::Map(parts, ..) => parts.0.iter_mut().for_each(|(_, value)| self.expression(value)),
-            Expr::Index(parts, ..) | Expr::Dot(parts, ..) => {
+            Expr::Dot(parts, ..) => {
                 self.expression(&mut parts.lhs);
-                self.expression(&mut parts.rhs);
+                self.rest(&mut parts.rhs);
+            }
+            Expr::Index(parts, ..) => {
+                self.expression(&mut parts.lhs);
+                self.index(&mut parts.rhs);
             }
             Expr::And(parts, ..) | Expr::Or(parts, ..) | Expr::Coalesce(parts, ..) => self.all(parts),
-            Expr::MethodCall(call, ..) => self.all(&mut call.args),
             Expr::FnCall(call, at) => {
                 self.all(&mut call.args);
                 let is_pure =
@@ -168,6 +185,37 @@ impl Settler<'_> {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// What follows a dot.
+    fn rest(&self, rest: &mut Expr) {
+        match rest {
+            Expr::MethodCall(call, ..) => self.all(&mut call.args),
+            Expr::Dot(parts, ..) => {
+                self.rest(&mut parts.lhs);
+                self.rest(&mut parts.rhs);
+            }
+            Expr::Index(parts, ..) => {
+                self.rest(&mut parts.lhs);
+                self.index(&mut parts.rhs);
+            }
+            _ => {}
+        }
+    }
+
+    /// What stands in brackets, with what follows them: Rhai nests `l[i].x` as `l` and `i.x`, where it means `l[i]` and `x`.
+    fn index(&self, index: &mut Expr) {
+        match index {
+            Expr::Dot(parts, ..) => {
+                self.expression(&mut parts.lhs);
+                self.rest(&mut parts.rhs);
+            }
+            Expr::Index(parts, ..) => {
+                self.expression(&mut parts.lhs);
+                self.index(&mut parts.rhs);
+            }
+            _ => self.expression(index),
         }
     }
 
@@ -210,7 +258,9 @@ mod tests {
     fn ahead(body: &str) -> Result<f64, String> {
         let declared =
             "params(#{ a: metres(7).range(0, 100), yes: flag(true), word: choice(\"x\", [\"x\", \"y\"]) });\n";
-        let text = format!("{declared}fn twice(q) {{ q.a * 2 }}\nfn propose(tip, p) {{\n{body}\n}}");
+        let text = format!(
+            "{declared}fn twice(q) {{ q.a * 2 }} fn bump() {{ this += 1; }} fn turn() {{ this = !this; }} fn swap() {{ this = #{{ a: 7 }}; }}\nfn propose(tip, p) {{\n{body}\n}}"
+        );
         let rule = Host::new(vec![]).rule_of("mine", &Source { text, path: "mine.rhai".into() });
         let rule = rule.map_err(|fault| fault.to_string())?;
         let faults = Arc::new(Faults::default());
@@ -254,6 +304,14 @@ mod tests {
             "let n = p.a; let m = n * 2; tip.ahead(m / 2);",
             "if p.yes { let n = p.a; tip.ahead(n); }",
             "let n = p.a; let f = |x| n; tip.ahead(f.call(0));",
+            "let never = |x| { let z = x; tip.ahead(1); throw z; }; tip.ahead(p.a);",
+            "let n = p.a; let f = |x| { let z = x * 2; z + 1 }; tip.ahead(f.call(3));",
+            "let n = p.a; n.bump(); tip.ahead(n - 1);",
+            "let yes = p.yes; yes.turn(); tip.ahead(if yes { 1 } else { p.a });",
+            "p.swap(); tip.ahead(p.a);",
+            "let l = [3, 7]; let i = 1; tip.ahead(l[i]);",
+            "let l = [[3], [7]]; let i = 0; tip.ahead(l[i + 1][i]);",
+            "let l = [#{ a: 7 }]; let i = 0; tip.ahead(l[i].a);",
             "let w = p.word; w.clear(); tip.ahead(if w == p.word { 1 } else { p.a });",
             "let l = [1]; l.push(p.a); tip.ahead(l[1]);",
             "let p = #{ a: p.a }; tip.ahead(p.a);",
@@ -271,6 +329,7 @@ mod tests {
     #[test]
     fn faults_stand_where_they_stood() {
         assert_eq!(ahead("  tip.steer(raster(0, -p.a, 20));").map_err(|told| told.starts_with("4:")), Err(true));
+        assert_eq!(ahead("  let l = [1, 2]; tip.ahead(l[p].a);").map_err(|told| told.starts_with("4:")), Err(true));
         assert_eq!(ahead("  p.a = 3; tip.ahead(p.a);").map_err(|told| told.starts_with("4:")), Err(true));
         assert_eq!(ahead("  tip.ahead(p.word);").map_err(|told| told.starts_with("4:")), Err(true));
         assert_eq!(ahead("  tip.ahead(p.missing);").map_err(|told| told.contains("missing")), Err(true));
