@@ -391,7 +391,9 @@ fn statements_between(ast: &AST, from: Position, to: Position) -> Vec<Stmt> {
     let order = |at: Position| (at.line(), at.position());
     let body_of = |name: &str, arguments: usize| {
         let body = &ast.shared_lib().get_script_fn(name, arguments)?.body;
-        Some((order(body.start_position()), order(body.end_position())))
+        let start = order(body.start_position());
+        // A body without braces has no end.
+        Some((start, order(body.end_position()).max(start)))
     };
     let bodies = ast.iter_functions().filter_map(|function| body_of(function.name, function.params.len()));
     let inner: Vec<_> = bodies.filter(|(start, _)| *start > order(from) && *start < order(to)).collect();
