@@ -5,7 +5,7 @@ use crate::{Block, Body, Joint};
 use geom::predicates::{dot, orient};
 use geom::{Bounds, Id, Point, Polygon, boolean};
 use streets::faces::{Face, Faces, Side};
-use streets::{HalfKey, NodeId, NodeKey, SegmentKey, StreetGraph};
+use streets::{HalfKey, NodeKey, SegmentKey, StreetGraph};
 
 /// No face.
 const NONE: u32 = u32::MAX;
@@ -149,8 +149,7 @@ fn last_of(graph: &StreetGraph, half: HalfKey, must_end: &dyn Fn(Point) -> bool)
 fn next_of(graph: &StreetGraph, half: HalfKey) -> Option<HalfKey> {
     let segment = graph.segment(half.segment());
     let (street, node) = (segment.leading().street, graph.node(graph.target(half)));
-    // What a street of a quarter made is named by its place; a corner or a bend of the rim is not.
-    if !(0..2).any(|ordinal| NodeId::on_rim(street, node.at, ordinal) == node.id) {
+    if !node.id.is_on_rim(street, node.at) {
         return None;
     }
     let goes_on = |arm: HalfKey| {

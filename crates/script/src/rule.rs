@@ -204,10 +204,8 @@ impl Rule {
         let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
         let value = |name: &str| params.everywhere(declared.iter().position(|other| *other == name)?);
         let evaluate = |expression: &Expr| {
-            let Stage { mut global, mut caches, mut scope } = self.stage();
-            let mut context = EvalContext::new(&self.file.engine, &mut global, &mut caches, &mut scope, None);
-            let result = catch_unwind(AssertUnwindSafe(|| context.eval_expression_tree(&Expression::from(expression))));
-            result.ok()?.ok()
+            let alone = Entry { arguments: Vec::new(), body: expression.clone() };
+            catch_unwind(AssertUnwindSafe(|| self.run(&alone, &mut self.stage(), []))).ok()?.ok()
         };
         let is_own = |name: &str| self.file.ast.iter_functions().any(|function| function.name == name);
         if let (Expr::Stmt(body), Some(variable)) = (&mut entry.body, entry.arguments.last()) {

@@ -50,6 +50,12 @@ impl NodeId {
         let part = |coordinate: i32| u128::from(coordinate as u32);
         Self(street.0.with(&[RIM, part(at.x), part(at.y), u128::from(ordinal)]))
     }
+
+    /// Whether it is a crossing that a street of a quarter made on a street at a place, on the ground or besides one on
+    /// another level; not a bend or an end of that street.
+    pub fn is_on_rim(self, street: StreetId, at: Point) -> bool {
+        (0..2).any(|ordinal| Self::on_rim(street, at, ordinal) == self)
+    }
 }
 
 impl SegmentId {

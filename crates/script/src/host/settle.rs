@@ -10,25 +10,6 @@ const PURE: [&str; 17] = [
     "tan", "to_float", "to_int",
 ];
 
-/// Whether a chain calls a method on a variable itself.
-fn calls_on(parts: &BinaryExpr, name: &str) -> bool {
-    let is_call = match &parts.rhs {
-        Expr::MethodCall(..) => true,
-        Expr::Dot(rest, ..) | Expr::Index(rest, ..) => matches!(&rest.lhs, Expr::MethodCall(..)),
-        _ => false,
-    };
-    is_call && matches!(&parts.lhs, Expr::Variable(of, ..) if of.1.as_str() == name)
-}
-
-/// Whether a place to assign to is a variable or a part of it.
-fn is_rooted_in(place: &Expr, name: &str) -> bool {
-    match place {
-        Expr::Variable(to, ..) => to.1.as_str() == name,
-        Expr::Index(parts, ..) | Expr::Dot(parts, ..) => is_rooted_in(&parts.lhs, name),
-        _ => false,
-    }
-}
-
 /// What a function is settled with.
 #[derive(Clone, Copy)]
 pub(crate) struct Settling<'a> {
@@ -40,24 +21,6 @@ pub(crate) struct Settling<'a> {
     pub evaluate: &'a dyn Fn(&Expr) -> Option<Dynamic>,
     /// Whether the script has a function of its own of a name.
     pub is_own: &'a dyn Fn(&str) -> bool,
-}
-
-/// Whether a node makes a name stand for something new, lets a closure have it, or calls a method that might change it.
-fn is_binding(path: &[ASTNode], name: &str) -> bool {
-    let statement = match path.last() {
-        Some(ASTNode::Stmt(statement)) => statement,
-        Some(ASTNode::Expr(Expr::Dot(parts, ..))) => return calls_on(parts, name),
-        _ => return false,
-    };
-    match statement {
-        Stmt::Var(parts, ..) => parts.0.as_str() == name,
-        Stmt::For(parts, ..) => parts.0.as_str() == name || parts.1.as_ref().is_some_and(|i| i.as_str() == name),
-        Stmt::TryCatch(parts, ..) => matches!(&parts.expr, Expr::Variable(caught, ..) if caught.1.as_str() == name),
-        Stmt::Import(parts, ..) => parts.1.as_str() == name,
-        Stmt::Share(names) => names.iter().any(|(shared, _)| shared.as_str() == name),
-        Stmt::Assignment(parts) => is_rooted_in(&parts.1.lhs, name),
-        _ => false,
-    }
 }
 
 impl Settling<'_> {
@@ -96,6 +59,43 @@ fn bindings(statements: &[Stmt], name: &str) -> usize {
         });
     }
     count
+}
+
+/// Whether a node makes a name stand for something new, lets a closure have it, or calls a method that might change it.
+fn is_binding(path: &[ASTNode], name: &str) -> bool {
+    let statement = match path.last() {
+        Some(ASTNode::Stmt(statement)) => statement,
+        Some(ASTNode::Expr(Expr::Dot(parts, ..))) => return calls_on(parts, name),
+        _ => return false,
+    };
+    match statement {
+        Stmt::Var(parts, ..) => parts.0.as_str() == name,
+        Stmt::For(parts, ..) => parts.0.as_str() == name || parts.1.as_ref().is_some_and(|i| i.as_str() == name),
+        Stmt::TryCatch(parts, ..) => matches!(&parts.expr, Expr::Variable(caught, ..) if caught.1.as_str() == name),
+        Stmt::Import(parts, ..) => parts.1.as_str() == name,
+        Stmt::Share(names) => names.iter().any(|(shared, _)| shared.as_str() == name),
+        Stmt::Assignment(parts) => is_rooted_in(&parts.1.lhs, name),
+        _ => false,
+    }
+}
+
+/// Whether a chain calls a method on a variable itself.
+fn calls_on(parts: &BinaryExpr, name: &str) -> bool {
+    let is_call = match &parts.rhs {
+        Expr::MethodCall(..) => true,
+        Expr::Dot(rest, ..) | Expr::Index(rest, ..) => matches!(&rest.lhs, Expr::MethodCall(..)),
+        _ => false,
+    };
+    is_call && matches!(&parts.lhs, Expr::Variable(of, ..) if of.1.as_str() == name)
+}
+
+/// Whether a place to assign to is a variable or a part of it.
+fn is_rooted_in(place: &Expr, name: &str) -> bool {
+    match place {
+        Expr::Variable(to, ..) => to.1.as_str() == name,
+        Expr::Index(parts, ..) | Expr::Dot(parts, ..) => is_rooted_in(&parts.lhs, name),
+        _ => false,
+    }
 }
 
 /// A function on the way.
@@ -159,8 +159,12 @@ impl Settler<'_> {
     fn expression(&self, expression: &mut Expr) {
         if let Some(settled) = self.settled(expression) {
             *expression = settled;
-            return;
+        } else {
+            self.inside(expression);
         }
+    }
+
+    fn inside(&self, expression: &mut Expr) {
         match expression {
             Expr::Stmt(block) => self.block(block),
             Expr::InterpolatedString(parts, ..) | Expr::Array(parts, ..) => self.all(parts),
@@ -207,14 +211,7 @@ impl Settler<'_> {
     /// What stands in brackets, with what follows them: Rhai nests `l[i].x` as `l` and `i.x`, where it means `l[i]` and `x`.
     fn index(&self, index: &mut Expr) {
         match index {
-            Expr::Dot(parts, ..) => {
-                self.expression(&mut parts.lhs);
-                self.rest(&mut parts.rhs);
-            }
-            Expr::Index(parts, ..) => {
-                self.expression(&mut parts.lhs);
-                self.index(&mut parts.rhs);
-            }
+            Expr::Dot(..) | Expr::Index(..) => self.inside(index),
             _ => self.expression(index),
         }
     }

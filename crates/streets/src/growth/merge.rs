@@ -3,7 +3,9 @@
 //!
 //! Nor does one quarter's result depend on another's: a change in one leaves all streets of the others as they were (V16,
 //! with nothing but the quarter itself around the change). Streets of both sides share a crossing where both came to
-//! the same slot of the rim ([`slots`](super::slots)), and the most streets that a crossing may have are dealt out between the sides beforehand.
+//! the same slot of the rim ([`slots`](super::slots)), and the most streets that a crossing may have are dealt out
+//! between the sides beforehand. Only rules that let streets cross or bridge the rim reach farther.
+//!
 //! What the chain promises holds there, too: a street that may not be led to a crossing of rims keeps its own end, and
 //! one that may not end there either stops at the last crossing before.
 
