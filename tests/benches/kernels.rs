@@ -19,17 +19,22 @@ use streets::{Claim, Classes, NodeId, StreetGraph, StreetId};
 const SIZES: [usize; 4] = [10_000, 30_000, 100_000, 300_000];
 
 fn main() {
-    for random in [false, true] {
-        let name = if random { "insert, random lines" } else { "insert, lattice" };
+    for order in [Lines::Lattice, Lines::ByPlace, Lines::Shuffled] {
+        let name = match order {
+            Lines::Lattice => "insert, lattice",
+            Lines::ByPlace => "insert, random lines, kilometre by kilometre",
+            // What each insertion meets is out of the cache once the graph outgrows it: the same instructions take longer.
+            Lines::Shuffled => "insert, the same lines in random order",
+        };
         table(name, "segments", |size| {
-            let lines = lines(size, random);
+            let lines = lines(size, order);
             let started = Instant::now();
             let graph = insert_all(&lines);
             (graph.segment_count(), started.elapsed().as_secs_f64())
         });
     }
     table("faces from scratch, lattice", "segments", |size| {
-        let graph = insert_all(&lines(size, false));
+        let graph = insert_all(&lines(size, Lines::Lattice));
         let started = Instant::now();
         let faces = Faces::of(&graph, FaceKind::Block);
         assert!(!faces.faces.is_empty());
@@ -68,19 +73,39 @@ fn table(name: &str, unit: &str, measure: impl Fn(usize) -> (usize, f64)) {
     println!("  exponent {:.2}", libm::log(slow / fast) / libm::log(large / small));
 }
 
-/// About `size` segments: a lattice of 80 m, or lines of 20 to 120 m anywhere.
-fn lines(size: usize, random: bool) -> Vec<(Point, Point)> {
-    let seed = Seed(1);
-    if random {
-        let side = (size as f64).sqrt() * 60.0;
-        let line = |k: u64| {
-            let draw = |n: u64, low: f64, high: f64| seed.range(4 * k + n, low, high);
-            let from = Vec2::new(draw(0, 0.0, side), draw(1, 0.0, side));
-            let to = from + Angle::degrees(draw(2, 0.0, 360.0)).unit() * draw(3, 20.0, 120.0);
-            (Point::from_metres(from), Point::from_metres(to))
-        };
-        return (0..(size / 2) as u64).map(line).collect();
+/// What is inserted, and in which order.
+#[derive(Clone, Copy, PartialEq)]
+enum Lines {
+    /// A lattice of 80 m, row by row.
+    Lattice,
+    /// Lines of 20 to 120 m anywhere, one square kilometre after another, in random order within each.
+    ByPlace,
+    /// The same lines in random order.
+    Shuffled,
+}
+
+/// About `size` segments.
+fn lines(size: usize, order: Lines) -> Vec<(Point, Point)> {
+    if order == Lines::Lattice {
+        return lattice(size);
     }
+    let seed = Seed(1);
+    let side = (size as f64).sqrt() * 60.0;
+    let line = |k: u64| {
+        let draw = |n: u64, low: f64, high: f64| seed.range(4 * k + n, low, high);
+        let from = Vec2::new(draw(0, 0.0, side), draw(1, 0.0, side));
+        let to = from + Angle::degrees(draw(2, 0.0, 360.0)).unit() * draw(3, 20.0, 120.0);
+        (Point::from_metres(from), Point::from_metres(to))
+    };
+    let mut lines: Vec<_> = (0..(size / 2) as u64).map(line).collect();
+    if order == Lines::ByPlace {
+        let kilometre = |p: Point| (p.x / units(1_000.0), p.y / units(1_000.0));
+        lines.sort_by_key(|&(from, _)| kilometre(from));
+    }
+    lines
+}
+
+fn lattice(size: usize) -> Vec<(Point, Point)> {
     let side = ((size as f64 / 2.0).sqrt()) as i32;
     let place = |i: i32, j: i32| Point::new(units(80.0) * i - units(20_000.0), units(80.0) * j - units(20_000.0));
     let from = |n: i32| (n / side, n % side);

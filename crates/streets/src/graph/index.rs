@@ -1,18 +1,29 @@
-//! Where segments lie: a uniform hash grid. Its cells are looked up, never iterated.
+//! Where segments lie: a uniform grid in tiles, so that what lies near one place lies near in memory too, and the table
+//! of tiles fits the cache however large the graph.
 
 use super::SegmentKey;
 use geom::{Bounds, Point};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
+use std::array;
 
 /// log2 of the cell size in LSB: 128 m, about the length of a street segment.
 const CELL_SHIFT: u32 = 17;
 
+/// log2 of the cells along a side of a tile: 8 cells, 1 km.
+const TILE_SHIFT: u32 = 3;
+
+/// Cells of a tile.
+const TILE_CELLS: usize = 1 << (2 * TILE_SHIFT);
+
 /// Segments by grid cell, each with its box: most of a cell is told from what is asked for without a look at the arenas.
+/// The tiles are looked up, never iterated.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SegmentIndex {
-    cells: FxHashMap<(i32, i32), SmallVec<[Entry; 6]>>,
+    tiles: FxHashMap<(i32, i32), Box<[Cell; TILE_CELLS]>>,
 }
+
+type Cell = SmallVec<[Entry; 6]>;
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -22,16 +33,20 @@ struct Entry {
 
 impl SegmentIndex {
     pub(crate) fn insert(&mut self, key: SegmentKey, a: Point, b: Point) {
-        let bounds = Bounds::between(a, b);
-        for_cells_along(a, b, |cell| self.cells.entry(cell).or_default().push(Entry { bounds, key }));
+        let entry = Entry { bounds: Bounds::between(a, b), key };
+        for_cells_along(a, b, |cell| {
+            let tile = self.tiles.entry(tile_of(cell)).or_insert_with(|| Box::new(array::from_fn(|_| Cell::new())));
+            tile[slot_of(cell)].push(entry);
+        });
     }
 
     pub(crate) fn remove(&mut self, key: SegmentKey, a: Point, b: Point) {
         for_cells_along(a, b, |cell| {
-            if let Some(entries) = self.cells.get_mut(&cell)
-                && let Some(at) = entries.iter().position(|entry| entry.key == key)
-            {
-                entries.swap_remove(at);
+            if let Some(tile) = self.tiles.get_mut(&tile_of(cell)) {
+                let entries = &mut tile[slot_of(cell)];
+                if let Some(at) = entries.iter().position(|entry| entry.key == key) {
+                    entries.swap_remove(at);
+                }
             }
         });
     }
@@ -41,14 +56,28 @@ impl SegmentIndex {
         let mut found = SmallVec::new();
         for cx in bounds.min.x >> CELL_SHIFT..=bounds.max.x >> CELL_SHIFT {
             for cy in bounds.min.y >> CELL_SHIFT..=bounds.max.y >> CELL_SHIFT {
-                let entries = self.cells.get(&(cx, cy)).into_iter().flatten();
-                found.extend(entries.filter(|entry| entry.bounds.overlaps(&bounds)).map(|entry| entry.key));
+                let Some(tile) = self.tiles.get(&tile_of((cx, cy))) else { continue };
+                for entry in &tile[slot_of((cx, cy))] {
+                    if entry.bounds.overlaps(&bounds) {
+                        found.push(entry.key);
+                    }
+                }
             }
         }
         found.sort_unstable();
         found.dedup();
         found
     }
+}
+
+fn tile_of((cx, cy): (i32, i32)) -> (i32, i32) {
+    (cx >> TILE_SHIFT, cy >> TILE_SHIFT)
+}
+
+/// Where in its tile a cell lies: column by column.
+fn slot_of((cx, cy): (i32, i32)) -> usize {
+    let mask = (1 << TILE_SHIFT) - 1;
+    ((cx & mask) << TILE_SHIFT | (cy & mask)) as usize
 }
 
 /// Calls `f` once for each cell that the segment touches (and at most a few more).
