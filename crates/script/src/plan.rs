@@ -245,6 +245,8 @@ pub struct StreetPlan {
     pub smooth: Option<bool>,
     /// Dead ends shorter than this many metres are removed after growth.
     pub least_dead_end: f64,
+    /// Streets of the class that lead to no others and are shorter than this many metres in all are removed after growth.
+    pub least_network: f64,
 }
 
 impl StreetPlan {

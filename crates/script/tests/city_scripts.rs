@@ -73,13 +73,14 @@ fn stages_say_where_they_start_and_how_they_end() {
     let grid = r#"pattern: rule("streets/grid")"#;
     let plan = with(&format!(
         "highways: streets(#{{ {grid}, seeds: [[100, 200]], reseed: 2500, smooth: false }}),\n\
-         minors: streets(#{{ {grid}, sprout: false, least_dead_end: 40 }}),"
+         minors: streets(#{{ {grid}, sprout: false, least_dead_end: 40, least_network: 900 }}),"
     ));
     let plan = plan.unwrap_or_else(|fault| panic!("{fault}"));
     let (highways, minors) = (plan.highways.as_ref().expect("highways"), plan.minors.as_ref().expect("minors"));
     assert_eq!((highways.seeds.as_slice(), highways.reseed), ([Vec2::new(100.0, 200.0)].as_slice(), Some(2500.0)));
     assert_eq!((highways.smooth, highways.sprout), (Some(false), true));
-    assert_eq!((minors.smooth, minors.sprout, minors.least_dead_end), (None, false, 40.0));
+    assert_eq!((minors.smooth, minors.sprout), (None, false));
+    assert_eq!((minors.least_dead_end, minors.least_network), (40.0, 900.0));
     let roles: Vec<_> = plan.roles().into_iter().map(|(role, _)| role).collect();
     assert_eq!(roles, ["highways.pattern", "minors.pattern"]);
     for (wrong, message) in [
@@ -88,6 +89,7 @@ fn stages_say_where_they_start_and_how_they_end() {
         ("reseed: 1", "`reseed` must lie between 10 and 100000 m"),
         ("smooth: 3", "`smooth` must be true or false, not a whole number"),
         ("least_dead_end: -1", "`least_dead_end` must lie between 0 and 100000 m"),
+        ("least_network: 1e6", "`least_network` must lie between 0 and 100000 m"),
     ] {
         let said = says(&format!("highways: streets(#{{ {grid}, {wrong} }}),"));
         assert!(said.contains(message), "{wrong}: {said}");

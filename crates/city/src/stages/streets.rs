@@ -20,7 +20,8 @@ use streets::faces::{Face, FaceKind, Faces};
 use streets::graph::{Crowding, NewSegment};
 use streets::growth::{
     Constraints, Distances, Field, Fields, Goal, Growth, GrowthRules, Peaks, QuarterGrowth, QuarterSettings, SeedPoint,
-    Smoothing, Zones, attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, smooth,
+    Smoothing, Zones, attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, prune_networks,
+    smooth,
 };
 use streets::runs::Run;
 use streets::{Claim, Class, Classes, NodeId, StreetGraph, StreetId};
@@ -301,6 +302,9 @@ fn finish(network: &mut Network, growth: &Growth, plan: &StreetPlan, fields: &Fi
     };
     if plan.least_dead_end > 0.0 {
         prune_dead_ends(graph, class, plan.least_dead_end, &is_given);
+    }
+    if plan.least_network > 0.0 {
+        prune_networks(graph, class, plan.least_network, &is_given);
     }
     if plan.smooth.unwrap_or(class == Classes::HIGHWAY) {
         smooth(graph, growth, fields, &Smoothing::default(), &|graph, run| !is_given(graph, run));

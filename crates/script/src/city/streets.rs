@@ -39,7 +39,8 @@ pub(super) fn register(engine: &mut Engine) {
         .register_into_engine(engine, |file: &str| Ok::<_, Refusal>(import(file, Map::new())?));
     FuncRegistration::new("streets")
         .with_params_info([
-            "#{ pattern, goals, constraints, width, within, rim, seeds, reseed, sprout, smooth, least_dead_end }",
+            "#{ pattern, goals, constraints, width, within, rim, seeds, reseed, sprout, smooth, least_dead_end, \
+             least_network }",
         ])
         .with_comments(["/// How streets of one class grow."])
         .register_into_engine(engine, |options: Map| Ok::<_, Refusal>(streets(options)?));
@@ -157,12 +158,13 @@ const STREETS: &[&str] = &[
     "sprout",
     "smooth",
     "least_dead_end",
+    "least_network",
 ];
 
 /// How far from every street further seeds may be asked for, metres.
 const RESEED: (f64, f64) = (10.0, 100_000.0);
-/// Longest dead end that may be asked to go, metres.
-const LONGEST_DEAD_END: f64 = 100_000.0;
+/// Longest dead end or loose network that may be asked to go, metres.
+const LONGEST_NEEDLESS: f64 = 100_000.0;
 
 fn streets(options: Map) -> Result<StreetPlan, Complaint> {
     let mut options = Options::new("streets", options, STREETS)?;
@@ -184,7 +186,8 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
         reseed: options.within("reseed", RESEED.0, RESEED.1, " m")?,
         sprout: options.of("sprout", "true or false")?.unwrap_or(true),
         smooth: options.of("smooth", "true or false")?,
-        least_dead_end: options.within("least_dead_end", 0.0, LONGEST_DEAD_END, " m")?.unwrap_or(0.0),
+        least_dead_end: options.within("least_dead_end", 0.0, LONGEST_NEEDLESS, " m")?.unwrap_or(0.0),
+        least_network: options.within("least_network", 0.0, LONGEST_NEEDLESS, " m")?.unwrap_or(0.0),
     };
     // What is told once is asked for here already: its faults are the script's.
     plan.goal().and_then(|_| plan.masks()).map_err(from_rule)?;

@@ -60,7 +60,7 @@ pub use merge::{Dropped, MergeLog, attach};
 pub use outside::grow_outside;
 pub use own::{Constrain, Draft, Own};
 pub use peaks::{Peak, Peaks};
-pub use prune::prune_dead_ends;
+pub use prune::{prune_dead_ends, prune_networks};
 pub use quarter::{Attachment, QuarterGrowth, QuarterSettings, grow_quarter};
 pub use rim::rim_mask;
 pub use rings::Rings;

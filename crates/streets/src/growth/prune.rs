@@ -1,7 +1,9 @@
-//! Dead ends taken back after growth: in traffic networks they are the exception (PM01 §3.3.1).
+//! What is taken back after growth: dead ends, which are the exception in traffic networks (PM01 §3.3.1), and streets that
+//! lead to no others.
 
 use crate::runs::{Run, runs};
 use crate::{Class, NodeKey, SegmentKey, StreetGraph};
+use rustc_hash::FxHashMap;
 
 /// Removes streets of a class that end nowhere and are shorter than `shorter_than` metres, until there is none: what
 /// was left at the end of a removed one may be next. Runs that `keep` admits stay. Returns how many were removed.
@@ -24,6 +26,49 @@ pub fn prune_dead_ends(
         }
         removed += round;
     }
+}
+
+/// Removes networks (streets that hang together) shorter than so many metres in all, when all of their streets are of one
+/// class and none is admitted by `keep`. Returns how many streets were removed.
+pub fn prune_networks(
+    graph: &mut StreetGraph,
+    class: Class,
+    shorter_than: f64,
+    keep: &dyn Fn(&StreetGraph, &Run) -> bool,
+) -> usize {
+    let needless: Vec<Run> = networks(graph)
+        .into_iter()
+        .filter(|network| network.iter().all(|run| run.class == class && !keep(graph, run)))
+        .filter(|network| network.iter().fold(0.0, |sum, run| sum + length(graph, run)) < shorter_than)
+        .flatten()
+        .collect();
+    needless.iter().filter(|run| remove(graph, run)).count()
+}
+
+/// All runs, those that hang together in one list; lists and what is in them by id.
+fn networks(graph: &StreetGraph) -> Vec<Vec<Run>> {
+    let mut runs: Vec<Option<Run>> = runs(graph).into_iter().map(Some).collect();
+    let mut at_node: FxHashMap<NodeKey, Vec<usize>> = FxHashMap::default();
+    for (i, run) in runs.iter().enumerate() {
+        for end in run.iter().flat_map(|run| [run.from(), run.to()]) {
+            at_node.entry(end).or_default().push(i);
+        }
+    }
+    let mut networks = Vec::new();
+    for first in 0..runs.len() {
+        let mut network = Vec::new();
+        let mut open = vec![first];
+        while let Some(next) = open.pop() {
+            let Some(run) = runs[next].take() else { continue };
+            open.extend([run.from(), run.to()].iter().flat_map(|end| &at_node[end]));
+            network.push(run);
+        }
+        if !network.is_empty() {
+            network.sort_unstable_by_key(|run| run.id);
+            networks.push(network);
+        }
+    }
+    networks
 }
 
 fn ends_nowhere(graph: &StreetGraph, run: &Run) -> bool {
