@@ -4,6 +4,7 @@
 //! city, [`export::write_all`] writes it.
 
 pub mod build;
+mod check;
 pub mod export;
 pub mod load;
 pub mod measure;
@@ -18,9 +19,10 @@ pub mod validate;
 pub mod why;
 
 pub use build::{BuildError, Built, Settings, Until, build};
+pub use check::{Checked, check, rule_host};
 pub use load::{LoadError, Loaded, Sources, load};
 pub use model::{Area, City, Landmark};
 pub use progress::{Cancel, Progress, Silent, Stage};
-pub use report::{BuiltFrom, Report};
+pub use report::{BuiltFrom, CallReport, FaultReport, Report};
 pub use site::Site;
 pub use trace::Trace;

@@ -1,6 +1,7 @@
 //! From a folder on disk to a plan and its sources.
 
 use crate::Site;
+use crate::check::rule_folder;
 use crate::sources::{
     self, DistrictMap, Frame, GeoJsonFrame, ImportedStreet, KNOWN_MAPS, MapOptions, SourceError, class_width, file_key,
     flat_site, load_site_with, map_names, read_districts, read_geojson_streets, read_osm,
@@ -8,7 +9,7 @@ use crate::sources::{
 use geom::{Bounds, Point, Raster, Vec2};
 use script::{
     DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source,
-    StreetImport, StreetUnits,
+    StreetImport, StreetUnits, Texts,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -40,9 +41,14 @@ pub enum LoadError {
         /// What is wrong with it.
         message: String,
     },
-    /// The script failed.
-    #[error("{0}")]
-    Fault(Box<Fault>),
+    /// The script failed, or a rule that it names; what stopped it comes first.
+    #[error("{}", faults.first().map(ToString::to_string).unwrap_or_default())]
+    Scripts {
+        /// All that is wrong, never empty.
+        faults: Vec<Fault>,
+        /// The texts in which it is.
+        texts: Texts,
+    },
     /// A parameter's value does not suit the site: its map or district is not there, or leads out of its range.
     #[error("{}: {}{}", path.display(), error.message, error.hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}")))]
     Value {
@@ -54,12 +60,6 @@ pub enum LoadError {
     /// A map or street file is missing or wrong.
     #[error("{source_error}\n  hint: {hint}", source_error = .0, hint = .0.hint())]
     Source(#[from] SourceError),
-}
-
-impl From<Fault> for LoadError {
-    fn from(fault: Fault) -> Self {
-        Self::Fault(Box::new(fault))
-    }
 }
 
 /// A city script that has been run: what it asks for, not yet what it names.
@@ -75,6 +75,10 @@ pub struct Loaded {
     pub plan: Plan,
     /// What the script printed.
     pub printed: Vec<String>,
+    /// What is wrong or doubtful in it and its rules, found without building, and stops nothing.
+    pub doubts: Vec<Fault>,
+    /// The texts of all scripts read.
+    pub texts: Texts,
 }
 
 /// Everything a build reads.
@@ -90,6 +94,8 @@ pub struct Sources {
     pub imports: Vec<ImportFile>,
     /// What is odd about files that could be read.
     pub warnings: Vec<String>,
+    /// What is doubtful in scripts.
+    pub doubts: Vec<Fault>,
 }
 
 /// The streets of a file, as the plan wants them.
@@ -117,19 +123,27 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => PathBuf::from("."),
     };
-    if let Some(rules) = rules.filter(|rules| !rules.is_dir()) {
-        let hint = "--rules takes a folder such as rules/ with streets/, parcels/, …".to_owned();
-        return Err(LoadError::Missing { path: rules.into(), message: "there is no such folder".into(), hint });
-    }
     let own: Arc<dyn Library> = Arc::new(RuleFolder(folder.clone()));
-    let given = rules.map(|rules| Arc::new(RuleFolder(rules.to_path_buf())) as Arc<dyn Library>);
+    let given = rules.map(rule_folder).transpose()?;
     let host = Host::new(std::iter::once(own).chain(given).collect());
     // Editors on Windows put a mark in front that Rhai does not know.
     let text = text.trim_start_matches('\u{feff}').to_owned();
     let source = Source { text, path: script.display().to_string() };
-    let Evaluated { plan, printed } = host.plan(&source, Arc::new(MapFolders(folder.clone())))?;
+    let checked = host.check_city(&source, Arc::new(MapFolders(folder.clone())));
+    let texts = host.texts().clone();
+    let Some(Evaluated { plan, printed }) = checked.evaluated else {
+        return Err(LoadError::Scripts { faults: checked.faults, texts });
+    };
     let name = fs::canonicalize(&folder).ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
-    Ok(Loaded { name: name.unwrap_or_else(|| "city".into()), folder, script, plan, printed })
+    Ok(Loaded {
+        name: name.unwrap_or_else(|| "city".into()),
+        folder,
+        script,
+        plan,
+        printed,
+        doubts: checked.faults,
+        texts,
+    })
 }
 
 fn missing(city: &Path, script: &Path, error: &std::io::Error) -> LoadError {
@@ -190,7 +204,8 @@ impl Loaded {
             files.into_iter().map(|(import, key, file)| import_file(import, key, file, site.bounds)).collect();
         let plan = self.settled(&site)?;
         let name = plan.name.clone().unwrap_or_else(|| self.name.clone());
-        let sources = Sources { name, plan, site: Arc::new(site), imports, warnings };
+        let doubts = self.doubts.clone();
+        let sources = Sources { name, plan, site: Arc::new(site), imports, warnings, doubts };
         self.check_size(&sources)?;
         Ok(sources)
     }
@@ -402,7 +417,7 @@ impl Sources {
 
 /// Rule files in a folder.
 #[derive(Debug)]
-struct RuleFolder(PathBuf);
+pub(crate) struct RuleFolder(pub PathBuf);
 
 impl Library for RuleFolder {
     fn read(&self, name: &str) -> Option<Result<Source, String>> {

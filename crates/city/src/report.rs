@@ -2,7 +2,7 @@
 
 use crate::sources::ImportLog;
 use crate::{City, Sources};
-use script::{Fault, Faults, Plan};
+use script::{Call, Fault, Faults, Plan, Severity};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog, Refused};
@@ -90,25 +90,75 @@ pub struct ImportReport {
 /// A fault as it is written.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultReport {
+    /// `error` or `warning`.
+    pub severity: &'static str,
     /// Script file.
     pub file: String,
     /// Line, from 1; 0 when unknown.
     pub line: u32,
-    /// Column, from 1; 0 when unknown.
+    /// Column in characters, from 1; 0 when unknown.
     pub column: u32,
+    /// Characters of the word that is to blame; 0 when unknown.
+    pub length: u32,
     /// What went wrong.
     pub message: String,
     /// What to do about it.
     pub hint: Option<String>,
+    /// The calls that led there, the innermost first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub calls: Vec<CallReport>,
     /// Where it first happened, metres.
     pub place: Option<[f64; 2]>,
     /// How often.
     pub count: u64,
 }
 
+/// A call on the way to a fault.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct CallReport {
+    /// The function.
+    pub function: String,
+    /// Script file it was called in.
+    pub file: String,
+    /// Line, from 1; 0 when unknown.
+    pub line: u32,
+    /// Column, from 1; 0 when unknown.
+    pub column: u32,
+}
+
+impl FaultReport {
+    /// Whether it is more than a warning.
+    pub fn is_error(&self) -> bool {
+        self.severity == ERROR
+    }
+}
+
+const ERROR: &str = "error";
+
+impl std::fmt::Display for FaultReport {
+    /// `file:line:column: message`, and a line with the hint.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.file)?;
+        if self.line > 0 {
+            write!(f, ":{}:{}", self.line, self.column)?;
+        }
+        write!(f, ": {}", self.message)?;
+        self.hint.as_ref().map_or(Ok(()), |hint| write!(f, "\n  hint: {hint}"))
+    }
+}
+
 impl From<&Fault> for FaultReport {
     fn from(fault: &Fault) -> Self {
+        let call = |call: &Call| CallReport {
+            function: call.function.clone(),
+            file: call.file.clone(),
+            line: call.line,
+            column: call.column,
+        };
         Self {
+            severity: if fault.severity == Severity::Error { ERROR } else { "warning" },
+            length: fault.length,
+            calls: fault.calls.iter().map(call).collect(),
             file: fault.file.clone(),
             line: fault.line,
             column: fault.column,
@@ -122,12 +172,15 @@ impl From<&Fault> for FaultReport {
 
 impl Report {
     pub(crate) fn new(sources: &Sources) -> Self {
-        Self { city: sources.name.clone(), seed: sources.plan.seed.to_string(), ..Self::default() }
+        // What is wrong there, and not only doubtful, tells itself when it is reached.
+        let doubts = sources.doubts.iter().filter(|fault| fault.severity == Severity::Warning);
+        let faults = doubts.map(FaultReport::from).collect();
+        Self { city: sources.name.clone(), seed: sources.plan.seed.to_string(), faults, ..Self::default() }
     }
 
     /// Whether rules failed anywhere.
     pub fn has_faults(&self) -> bool {
-        !self.faults.is_empty()
+        self.faults.iter().any(FaultReport::is_error)
     }
 
     pub(crate) fn warn(&mut self, warning: String) {
@@ -198,7 +251,7 @@ impl Report {
         if city.blocks.is_empty() {
             self.warn("no streets close a block, so there is no land to divide".into());
         }
-        self.faults = faults.sorted().iter().map(FaultReport::from).collect();
+        self.faults.extend(faults.sorted().iter().map(FaultReport::from));
     }
 }
 

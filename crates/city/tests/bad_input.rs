@@ -333,7 +333,7 @@ fn functions_with_other_arguments_are_told_by_line() {
     place.write("streets/own.rhai", b"//! A rule.\n\nfn propose(tip) {\n    tip.ahead(30);\n}\n");
     place.expect(
         3,
-        &["own.rhai:3:1", "`fn propose` has 1 argument, but is called with 2", "write `fn propose(tip, p)`"],
+        &["own.rhai:3:4", "`fn propose` has 1 argument, but is called with 2", "write `fn propose(tip, p)`"],
     );
     place.write("streets/own.rhai", b"params(7);\nfn propose(tip, p) {\n    tip.ahead(30);\n}\n");
     place.expect(3, &["own.rhai:1:1", "params(#{ name: parameter"]);

@@ -17,9 +17,9 @@ mod plan;
 mod rule;
 mod words;
 
-pub use city::{Evaluated, SiteInfo, SiteRequest, Sites};
-pub use fault::{Fault, Faults};
-pub use host::{Embedded, Library, Source};
+pub use city::{Checked, Evaluated, SiteInfo, SiteRequest, Sites};
+pub use fault::{Call, Fault, Faults, Severity};
+pub use host::{Embedded, Library, Source, Texts};
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
 pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{
@@ -32,7 +32,7 @@ pub use words::{
     ShapeContext, StreetPattern, StreetSide,
 };
 
-use host::{Modules, Shelves, Texts};
+use host::{Modules, Shelves};
 use rule::Surroundings;
 use std::sync::Arc;
 
@@ -61,9 +61,26 @@ impl Host {
         Rule::load(name, source, &self.around)
     }
 
+    /// The texts of the scripts read so far.
+    pub fn texts(&self) -> &Texts {
+        &self.around.texts
+    }
+
     /// The names of all rules and other scripts in the libraries, in alphabetical order.
     pub fn names(&self) -> Vec<String> {
         self.around.shelves.names().into_iter().collect()
+    }
+
+    /// What is wrong with a rule, found without calling it: all of it, in the order of the text, with what is doubtful as
+    /// warnings. A file without any function of a rule is one that others import.
+    pub fn check_rule(&self, name: &str, source: &Source) -> Vec<Fault> {
+        let faults = Rule::examine(name, source, &self.around).map_or_else(|faults| faults, |rule| rule.doubts());
+        faults.into_iter().filter(|fault| !rule::is_of_helper(fault)).collect()
+    }
+
+    /// Runs a city script, and finds what is wrong in it and in all rules that it names.
+    pub fn check_city(&self, source: &Source, sites: Arc<dyn Sites>) -> Checked {
+        city::check(source, &self.around, sites, true)
     }
 
     /// Runs a city script; `sites` tells what folders of maps hold.

@@ -1,8 +1,9 @@
 //! A rule: one loaded Rhai file with the values of its parameters.
 
-use crate::fault::{Diagnosis, Fault, of_error, of_panic};
+use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
-    Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Texts, Vocabulary, engine, unknown_words,
+    Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Texts, Vocabulary, engine, first_call,
+    miscounted_calls, properties, undeclared, unknown_words,
 };
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
@@ -16,7 +17,7 @@ use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a rule decides: each kind is a function with a fixed name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -82,7 +83,7 @@ struct RuleFile {
     texts: Texts,
     notes: Notes,
     readings: BTreeSet<Reading>,
-    vocabulary: OnceLock<Vocabulary>,
+    vocabulary: Vocabulary,
 }
 
 /// What rules print, with how often. Sorted: threads print in any order.
@@ -107,6 +108,11 @@ impl fmt::Debug for Rule {
 impl Rule {
     /// Loads a rule: reads its parameters, and finds what is wrong without calling it.
     pub(crate) fn load(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Fault> {
+        Self::examine(name, source, around).map_err(|mut faults| faults.swap_remove(0))
+    }
+
+    /// The same with everything that is found; at least one fault, in the order of the text.
+    pub(crate) fn examine(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Vec<Fault>> {
         around.texts.keep(source);
         let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
         let (declared, notes) = (Declared::default(), Notes::default());
@@ -114,28 +120,82 @@ impl Rule {
         register_params(&mut engine, &source.path, declared.clone());
         words::register(&mut engine);
         listen(&mut engine, notes.clone());
-        let ast = compile(&engine, source, around)?;
-        let state = evaluate(&engine, &ast, source, around)?;
+        let ast = compile(&engine, source, around).map_err(|fault| vec![fault])?;
+        let outcome = evaluate(&engine, &ast, source, around);
+        let outcome = outcome.and_then(|state| Ok((state, kinds_of(&ast, source)?)));
         let params = declared.seal();
         Params::register(&mut engine, &params);
+        let vocabulary = Vocabulary::of(&engine, &ast);
+        let unknown = unknown_words(&ast, &source.path, &vocabulary).into_iter();
+        let mut faults: Vec<Fault> = unknown.map(|fault| fault.measured(&around.texts)).collect();
+        let (state, kinds) = match outcome {
+            Ok(found) if faults.is_empty() => found,
+            Ok(_) => return Err(faults),
+            Err(fault) => {
+                faults.retain(|other| (other.line, other.column) != (fault.line, fault.column));
+                faults.push(fault);
+                faults.sort_by_key(|fault| (fault.line, fault.column));
+                return Err(faults);
+            }
+        };
         let mut readings = resolver.readings();
         readings.insert((source.path.clone(), Id::of_text("script", &source.text)));
         let file = RuleFile {
             name: name.to_owned(),
             path: source.path.clone(),
             about: headline(&source.text),
-            kinds: kinds_of(&ast, &source.path)?,
+            kinds,
             engine,
             ast,
             state,
             texts: around.texts.clone(),
             notes,
             readings,
-            vocabulary: OnceLock::new(),
+            vocabulary,
         };
-        let rule = Self { file: Arc::new(file), params: ParamSet::new(params) };
-        let mut unknown = unknown_words(&rule.file.ast, rule.path(), rule.vocabulary());
-        if unknown.is_empty() { Ok(rule) } else { Err(unknown.swap_remove(0)) }
+        Ok(Self { file: Arc::new(file), params: ParamSet::new(params) })
+    }
+
+    /// What is wrong in a rule that can be loaded, found without calling it: calls with the wrong number of arguments,
+    /// parameters that are asked for and not declared; as warnings, parameters that nothing asks for.
+    pub(crate) fn doubts(&self) -> Vec<Fault> {
+        let RuleFile { ast, path, texts, vocabulary, .. } = &*self.file;
+        let mut faults = miscounted_calls(ast, path, vocabulary);
+        let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
+        for kind in self.kinds() {
+            let entry = self.entry(*kind);
+            if let (Expr::Stmt(body), Some(variable)) = (&entry.body, entry.arguments.last()) {
+                faults.extend(undeclared(body.statements(), variable, &declared, path));
+            }
+        }
+        faults.extend(self.unused());
+        faults.sort_by_key(|fault| (fault.line, fault.column));
+        faults.into_iter().map(|fault| fault.measured(texts)).collect()
+    }
+
+    /// Warnings of parameters that nothing asks for.
+    fn unused(&self) -> Vec<Fault> {
+        let RuleFile { ast, path, texts, readings, .. } = &*self.file;
+        let own = properties(ast);
+        // What an imported file does with `p` is told from its words.
+        let imported: Vec<Arc<str>> =
+            readings.iter().filter(|(name, _)| name != path).filter_map(|(name, _)| texts.imported(name)).collect();
+        let is_used = |name: &str| own.contains(name) || imported.iter().any(|text| text.contains(&format!(".{name}")));
+        let head = first_call(ast, "params").and_then(|at| Some((at.line()? as u32, at.position()? as u32)));
+        let text = texts.get(path);
+        let place = |name: &str| {
+            let (line, column) = head?;
+            key_position(text.as_deref()?, line, column, name)
+        };
+        let unused = self.params.iter().map(|(param, _)| param.name.as_str()).filter(|name| !is_used(name));
+        unused
+            .map(|name| {
+                let (line, column) = place(name).unwrap_or((0, 0));
+                let help = format!("ask for it as `p.{name}`, or take it out of params(#{{ … }})");
+                let fault = Fault::warning(path, format!("nothing reads the parameter `{name}`"));
+                Fault { line, column, ..fault.with_hint(Some(help)) }
+            })
+            .collect()
     }
 
     /// The name it was asked for by, e.g. `streets/grid`.
@@ -229,6 +289,13 @@ impl Rule {
         function.body.start_position().line().map(|line| line as u32)
     }
 
+    /// A fault of the whole function of a kind, placed on its name.
+    pub(crate) fn at_function(&self, kind: RuleKind, fault: Fault) -> Fault {
+        let (line, text) = (self.line(kind).unwrap_or(0), self.file.texts.get(self.path()));
+        let column = text.map_or(0, |text| column_of(&text, line, kind.function()));
+        Fault { line, column, length: kind.function().len() as u32, ..fault }
+    }
+
     /// A stage of one's own to run functions on. Constants are copied: Rhai locks them when they are read.
     pub(crate) fn stage(&self) -> Stage {
         let mut global = self.file.state.clone();
@@ -265,7 +332,7 @@ impl Rule {
         let diagnosis = Diagnosis {
             file: &self.file.path,
             texts: &self.file.texts,
-            vocabulary: self.vocabulary(),
+            vocabulary: &self.file.vocabulary,
             operations: Limits::RULE.operations,
         };
         of_error(error, &diagnosis)
@@ -273,10 +340,6 @@ impl Rule {
 
     pub(crate) fn fault_of_panic(&self, payload: &(dyn Any + Send)) -> Fault {
         of_panic(&self.file.path, payload)
-    }
-
-    fn vocabulary(&self) -> &Vocabulary {
-        self.file.vocabulary.get_or_init(|| Vocabulary::of(&self.file.engine, &self.file.ast))
     }
 }
 
@@ -348,14 +411,14 @@ fn early_fault(engine: &Engine, source: &Source, around: &Surroundings, error: E
 }
 
 /// What the functions of a file make it.
-fn kinds_of(ast: &AST, path: &str) -> Result<Vec<RuleKind>, Fault> {
+fn kinds_of(ast: &AST, source: &Source) -> Result<Vec<RuleKind>, Fault> {
     let functions: Vec<(&str, usize)> = ast.iter_functions().map(|f| (f.name, f.params.len())).collect();
     let has = |kind: &RuleKind| functions.contains(&(kind.function(), kind.arguments().len()));
     let kinds: Vec<RuleKind> = RuleKind::ALL.into_iter().filter(has).collect();
     if !kinds.is_empty() {
         return Ok(kinds);
     }
-    if let Some(fault) = miscounted(ast, path, &functions) {
+    if let Some(fault) = miscounted(ast, source, &functions) {
         return Err(fault);
     }
     let forms: Vec<String> = RuleKind::ALL.iter().map(|kind| kind.form()).collect();
@@ -366,21 +429,30 @@ fn kinds_of(ast: &AST, path: &str) -> Result<Vec<RuleKind>, Fault> {
     });
     let help = match near {
         Some(kind) => format!("did you mean `fn {}`?", kind.form()),
-        None => format!("a rule has one of the functions {}", forms.join(", ")),
+        None => format!("{ONE_OF} {}", forms.join(", ")),
     };
-    Err(Fault::new(path, "this file decides nothing").with_hint(Some(help)))
+    Err(Fault::new(&source.path, "this file decides nothing").with_hint(Some(help)))
+}
+
+/// How the hint begins where no function comes near to that of a rule.
+const ONE_OF: &str = "a rule has one of the functions";
+
+/// Whether a fault only says that a file is no rule, and does not look like one that was meant to be.
+pub(crate) fn is_of_helper(fault: &Fault) -> bool {
+    fault.line == 0 && fault.hint.as_ref().is_some_and(|hint| hint.starts_with(ONE_OF))
 }
 
 /// What is wrong with a function that has a rule's name, but takes more or fewer arguments.
-fn miscounted(ast: &AST, path: &str, functions: &[(&str, usize)]) -> Option<Fault> {
+fn miscounted(ast: &AST, source: &Source, functions: &[(&str, usize)]) -> Option<Fault> {
+    let Source { text, path } = source;
     let of = |name: &str| RuleKind::ALL.into_iter().find(|kind| kind.function() == name);
     let (kind, count) = functions.iter().find_map(|&(name, count)| Some((of(name)?, count)))?;
     let line = ast.shared_lib().get_script_fn(kind.function(), count)?.body.start_position().line().unwrap_or(0);
     let (name, takes) = (kind.function(), kind.arguments().len());
-    let plural = if count == 1 { "" } else { "s" };
-    let message = format!("`fn {name}` has {count} argument{plural}, but is called with {takes}");
+    let column = column_of(text, line as u32, name);
+    let message = format!("`fn {name}` has {}, but is called with {takes}", plural(count, "argument"));
     let fault = Fault::new(path, message).with_hint(Some(format!("write `fn {}`", kind.form())));
-    Some(Fault { line: line as u32, column: u32::from(line > 0), ..fault })
+    Some(Fault { line: line as u32, column, length: name.len() as u32, ..fault })
 }
 
 /// The statements of the function whose braces stand at two positions: Rhai does not hand them out by function. Closures

@@ -279,13 +279,13 @@ fn wrong_goals_and_constraints_are_told() {
         headline(&host.plan(&Source { text: city, path: "city.rhai".into() }, Arc::new(Folders)).expect_err("wrong"))
     };
     let says = told("constraints", "fn constraints(p) { #{ snpa: 3 } }");
-    assert_eq!(says, "city.rhai:2:10: mine.rhai: constraints(p): constraints has no option `snpa`");
+    assert_eq!(says, "mine.rhai:1:4: constraints(p): constraints has no option `snpa`");
     let says = told("constraints", "fn constraints(p) { 3 }");
-    assert_eq!(says, "city.rhai:2:10: mine.rhai: constraints(p): returns a whole number");
+    assert_eq!(says, "mine.rhai:1:4: constraints(p): returns a whole number");
     let says = told("goals", "fn goals(p) { 3 }");
-    assert_eq!(says, "city.rhai:2:10: mine.rhai: goals(p): returns a whole number");
+    assert_eq!(says, "mine.rhai:1:4: goals(p): returns a whole number");
     let says = told("goals", "fn goals(p) {\n  p.nothing\n}");
-    assert_eq!(says, "city.rhai:2:10: mine.rhai:2:5: p has no `nothing`");
+    assert_eq!(says, "mine.rhai:2:5: p has no `nothing`");
 }
 
 /// A city with this pattern for its minors.

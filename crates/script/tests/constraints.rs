@@ -129,7 +129,8 @@ fn mistakes_are_told_with_what_helps() {
     for (body, message) in cases {
         let text = format!("fn constraints(p) {{ {body} }}");
         let fault = plan("rule(\"a\")", &[&text]).expect_err(body);
-        assert!(fault.message.starts_with("a.rhai"), "{body}: {}", fault.message);
+        assert_eq!((fault.file.as_str(), fault.line), ("a.rhai", 1), "{body}: {fault}");
+        assert!(fault.column > 0, "{body}: {fault}");
         assert!(fault.message.ends_with(message), "{body}: {}", fault.message);
     }
     let fault = plan("rule(\"a\")", &["fn constraints(p) { [snpa(5)] }"]).expect_err("a typo");

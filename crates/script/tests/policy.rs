@@ -122,7 +122,7 @@ fn wrong_types_and_values_are_told_in_words() {
 
 #[test]
 fn what_is_switched_off_is_not_there() {
-    assert_eq!(refused("fn propose(tip, p) { eval(\"1\") }").message, "reserved keyword 'eval' is disabled");
+    assert_eq!(refused("fn propose(tip, p) { eval(\"1\") }").message, "there is no `eval`");
     assert_eq!(refused("fn propose(tip, p) { 2 ** 3 }").message, "there is no operator `**`");
     for word in ["timestamp", "sleep", "rand", "exit", "read_file", "parse_json", "blob", "get_fn_metadata_list"] {
         let fault = refused(&format!("fn propose(tip, p) {{ {word}(1) }}"));

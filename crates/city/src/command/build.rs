@@ -1,12 +1,14 @@
 //! `plat build`.
 
 use super::bars::Bars;
-use super::{BuildArguments, Failure, Status};
+use super::{BuildArguments, Failure, Status, faults};
 use city::export::{ColourBy, MapOptions};
 use city::progress::{Progress, Stage};
 use city::{
-    BuildError, Built, BuiltFrom, Cancel, City, LoadError, Report, Settings, Sources, Trace, build, export, load,
+    BuildError, Built, BuiltFrom, Cancel, City, FaultReport, LoadError, Report, Settings, Sources, Trace, build,
+    export, load,
 };
+use script::Texts;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -15,16 +17,24 @@ pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
     let bars = Bars::new(arguments.quiet || arguments.json);
     let outcome = build_and_write(arguments, &bars);
     bars.clear();
-    outcome.map(|(report, written)| tell(arguments, &report, &written))
+    outcome.map(|(report, written, texts)| tell(arguments, &report, &written, &texts))
 }
 
-fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, Vec<PathBuf>), Failure> {
+/// Why a city could not be read, as a failure.
+pub fn unreadable(error: LoadError) -> Failure {
+    match error {
+        LoadError::Missing { .. } => Failure::new(Status::Usage, error.to_string()),
+        LoadError::Scripts { faults, texts } => {
+            Failure::of_scripts(Status::Failed, faults.iter().map(FaultReport::from).collect(), texts)
+        }
+        other => Failure::new(Status::Failed, other.to_string()),
+    }
+}
+
+fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, Vec<PathBuf>, Texts), Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
     let cancel = stop_on_interrupt();
-    let mut loaded = load(&arguments.city, arguments.rules.as_deref()).map_err(|error| match error {
-        LoadError::Missing { .. } => Failure::new(Status::Usage, error.to_string()),
-        other => failed(&other),
-    })?;
+    let mut loaded = load(&arguments.city, arguments.rules.as_deref()).map_err(unreadable)?;
     for line in &loaded.printed {
         eprintln!("{line}");
     }
@@ -72,7 +82,7 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     let names: Vec<_> =
         written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
-    Ok((report, written))
+    Ok((report, written, loaded.texts))
 }
 
 /// What is remembered of the command line, to build the same city again.
@@ -156,7 +166,7 @@ fn stop_on_interrupt() -> Cancel {
     cancel
 }
 
-fn tell(arguments: &BuildArguments, report: &Report, written: &[PathBuf]) -> Status {
+fn tell(arguments: &BuildArguments, report: &Report, written: &[PathBuf], texts: &Texts) -> Status {
     if arguments.json {
         let files: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
         let value = serde_json::json!({ "report": report, "files": files });
@@ -169,15 +179,6 @@ fn tell(arguments: &BuildArguments, report: &Report, written: &[PathBuf]) -> Sta
     for print in report.prints.iter().take(20).filter(|_| !arguments.quiet) {
         eprintln!("   print    {}: {}{}", print.rule, print.text, times(print.count));
     }
-    for fault in &report.faults {
-        let times = times(fault.count);
-        eprintln!("{}:{}:{}: {}{times}", fault.file, fault.line, fault.column, fault.message);
-        if let Some(hint) = &fault.hint {
-            eprintln!("  hint: {hint}");
-        }
-        if let Some([x, y]) = fault.place {
-            eprintln!("  first at ({x:.1}, {y:.1}) m");
-        }
-    }
+    faults::tell(&report.faults, texts);
     if report.has_faults() { Status::Faults } else { Status::Done }
 }

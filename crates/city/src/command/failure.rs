@@ -1,25 +1,44 @@
 //! Why a command did nothing: told to people, and to programs that asked for JSON.
 
-use super::Status;
+use super::{Status, faults};
+use city::FaultReport;
+use script::Texts;
 
 /// What went wrong, with the status that the process ends with.
 #[derive(Debug)]
 pub struct Failure {
     status: Status,
     message: String,
+    /// Faults of scripts, where these are what went wrong, with the texts they lie in.
+    faults: Vec<FaultReport>,
+    texts: Texts,
 }
 
 impl Failure {
     /// A failure of that status; the message may have lines with hints.
     pub fn new(status: Status, message: impl Into<String>) -> Self {
-        Self { status, message: message.into() }
+        Self { status, message: message.into(), faults: Vec::new(), texts: Texts::default() }
+    }
+
+    /// A failure for faults of scripts, at least one.
+    pub fn of_scripts(status: Status, faults: Vec<FaultReport>, texts: Texts) -> Self {
+        Self { status, message: faults.first().map(ToString::to_string).unwrap_or_default(), faults, texts }
     }
 
     /// Tells it: on standard error, and as one JSON object on standard output where `json` was asked for.
     pub fn tell(&self, json: bool) -> Status {
-        eprintln!("plat: {}", self.message);
+        if self.faults.is_empty() {
+            eprintln!("plat: {}", self.message);
+        } else {
+            faults::tell(&self.faults, &self.texts);
+            eprintln!("plat: {}, nothing was written", faults::summary(&self.faults));
+        }
         if json {
-            println!("{}", as_json(self.status, &self.message));
+            let mut value = as_json(self.status, &self.message);
+            if !self.faults.is_empty() {
+                value["error"]["faults"] = serde_json::json!(self.faults);
+            }
+            println!("{value}");
         }
         self.status
     }

@@ -2,7 +2,11 @@
 
 mod bars;
 mod build;
+mod check;
 mod failure;
+mod faults;
+mod new;
+mod rules;
 mod stats;
 mod validate;
 mod why;
@@ -31,6 +35,14 @@ enum Verb {
     /// Builds a city from its script and writes streets, parcels, buildings, map and model.
     #[command(after_help = STATUSES)]
     Build(BuildArguments),
+    /// Finds what is wrong in rules and city scripts without building.
+    #[command(after_help = CHECK_HELP)]
+    Check(CheckArguments),
+    /// Lists the rules of the library and what can be set in them.
+    #[command(after_help = RULES_HELP)]
+    Rules(RulesArguments),
+    /// Writes the commented start of a rule or a city.
+    New(NewArguments),
     /// Checks a layout.geojson against the validity contract.
     #[command(after_help = STATUSES)]
     Validate(ValidateArguments),
@@ -78,6 +90,74 @@ struct BuildArguments {
     #[arg(long)]
     quiet: bool,
 }
+
+/// Arguments of `plat check`.
+#[derive(clap::Args, Debug)]
+struct CheckArguments {
+    /// Rules, cities, or folders with .rhai files below them.
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// Looks rules up here after the script's own folder and before the library.
+    #[arg(long, value_name = "DIR")]
+    rules: Option<PathBuf>,
+    /// Prints one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `plat rules`.
+#[derive(clap::Args, Debug)]
+struct RulesArguments {
+    /// Rules whose names begin so, such as streets/ or streets/grid; all when none is named.
+    names: Vec<String>,
+    /// Lists the rules of this folder too: a city's, or one of rules alone.
+    #[arg(long, value_name = "DIR")]
+    rules: Option<PathBuf>,
+    /// Lists parameters, too; always so where names are given.
+    #[arg(long)]
+    params: bool,
+    /// Prints one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `plat new`.
+#[derive(clap::Args, Debug)]
+struct NewArguments {
+    #[command(subcommand)]
+    thing: NewThing,
+}
+
+/// What can be started.
+#[derive(Subcommand, Debug)]
+enum NewThing {
+    /// A rule, in the folder of its kind: streets/NAME.rhai.
+    Rule {
+        /// What it decides.
+        #[arg(value_enum)]
+        kind: new::NewRule,
+        /// What it is called.
+        name: String,
+        /// The folder of a city, or of rules alone.
+        #[arg(long = "in", value_name = "DIR", default_value = ".")]
+        folder: PathBuf,
+    },
+    /// A city: NAME/city.rhai.
+    City {
+        /// What it is called.
+        name: String,
+        /// Where its folder is made.
+        #[arg(long = "in", value_name = "DIR", default_value = ".")]
+        folder: PathBuf,
+    },
+}
+
+const CHECK_HELP: &str = "Of a city the rules that it names are checked too, and whether its maps can be read.
+
+Exit status: 0 nothing is wrong (there may be warnings); 1 something is; 2 bad usage, or nothing there; 3 input failed.";
+
+const RULES_HELP: &str =
+    "Exit status: 0 done; 1 a rule is broken (the others are listed); 2 bad usage, or no such rule.";
 
 /// Arguments of `plat validate`.
 #[derive(clap::Args, Debug)]
@@ -179,6 +259,9 @@ pub fn run() -> ExitCode {
     };
     let (outcome, json) = match &arguments.verb {
         Verb::Build(build) => (build::run(build), build.json),
+        Verb::Check(check) => (check::run(check), check.json),
+        Verb::Rules(rules) => (rules::run(rules), rules.json),
+        Verb::New(new) => (new::run(new), false),
         Verb::Validate(validate) => (validate::run(validate), validate.json),
         Verb::Stats(stats) => (stats::run(stats), stats.json),
         Verb::Why(why) => (why::run(why), why.json),

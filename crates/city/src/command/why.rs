@@ -43,7 +43,7 @@ fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Fai
     };
     let told = told.unwrap_or_default();
     let rules: Option<PathBuf> = arguments.rules.clone().or_else(|| told.rules.as_ref().map(from_report));
-    let mut loaded = load(&city, rules.as_deref()).map_err(|error| failed(&error))?;
+    let mut loaded = load(&city, rules.as_deref()).map_err(super::build::unreadable)?;
     let set = if arguments.set.is_empty() { &told.set } else { &arguments.set };
     for assignment in set {
         loaded.set(assignment).map_err(|error| {

@@ -11,10 +11,11 @@ mod within;
 pub use site::{SiteInfo, SiteRequest, Sites};
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
-use crate::host::{Limits, Resolver, Source, Vocabulary, engine, unknown_words};
+use crate::host::{Limits, Resolver, Source, Vocabulary, engine, miscounted_calls, named_rules, unknown_words};
 use crate::plan::Plan;
 use crate::rule::{Rule, Surroundings};
 use rhai::{AST, Dynamic, Engine, EvalAltResult, FuncRegistration, Map, Scope};
+use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -39,25 +40,105 @@ struct Desk {
 
 /// Runs a city script.
 pub(crate) fn evaluate(source: &Source, around: &Surroundings, sites: Arc<dyn Sites>) -> Result<Evaluated, Fault> {
+    let mut checked = check(source, around, sites, false);
+    match checked.evaluated {
+        Some(evaluated) => Ok(evaluated),
+        None => Err(checked.faults.swap_remove(0)),
+    }
+}
+
+/// What checking a city script found.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// What came of running it, where nothing was in the way.
+    pub evaluated: Option<Evaluated>,
+    /// What is wrong, and what is doubtful, in the script and in the rules it names: what stopped it comes first.
+    pub faults: Vec<Fault>,
+}
+
+/// Runs a city script; with `all`, looks further than to the first fault: into the rest of it, and into all rules it names.
+pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites>, all: bool) -> Checked {
     around.texts.keep(source);
     let desk = Desk::default();
     let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
     let mut engine = engine(Limits::CITY, resolver);
     register(&mut engine, around, sites, &desk);
-    let ast = compile(&engine, source, around)?;
+    let ast = match compile(&engine, source, around) {
+        Ok(ast) => ast,
+        Err(fault) => return Checked { evaluated: None, faults: vec![fault] },
+    };
     let words = Vocabulary::of(&engine, &ast);
-    if let Some(fault) = unknown_words(&ast, &source.path, &words).into_iter().next() {
-        return Err(fault);
+    let measured = |fault: Fault| fault.measured(&around.texts);
+    let mut faults: Vec<Fault> = unknown_words(&ast, &source.path, &words).into_iter().map(measured).collect();
+    let mut evaluated = None;
+    if faults.is_empty() {
+        match run(&engine, &ast, source, around, &words, &desk) {
+            Ok(done) => evaluated = Some(done),
+            Err(fault) => faults.push(fault),
+        }
     }
-    let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), &ast));
+    if all {
+        let first = faults.len().min(1);
+        let mut others = faults.split_off(first);
+        others.extend(miscounted_calls(&ast, &source.path, &words).into_iter().map(measured));
+        others.extend(in_rules(&ast, source, around).into_iter().map(measured));
+        others.sort_by(|a, b| (&a.file, a.line, a.column).cmp(&(&b.file, b.line, b.column)));
+        for other in others {
+            let is_told = |known: &Fault| {
+                (&known.file, known.line, known.column) == (&other.file, other.line, other.column)
+                    && (known.severity == other.severity || other.line > 0)
+            };
+            if !faults.iter().any(is_told) {
+                faults.push(other);
+            }
+        }
+    }
+    Checked { evaluated, faults }
+}
+
+fn run(
+    engine: &Engine,
+    ast: &AST,
+    source: &Source,
+    around: &Surroundings,
+    words: &Vocabulary,
+    desk: &Desk,
+) -> Result<Evaluated, Fault> {
+    let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), ast));
     let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
-    result.map_err(|error| fault_of(*error, source, around, &words))?;
+    result.map_err(|error| fault_of(*error, source, around, words))?;
     let printed = std::mem::take(&mut *desk.printed.lock().unwrap_or_else(PoisonError::into_inner));
     match desk.plan.lock().unwrap_or_else(PoisonError::into_inner).take() {
         Some(plan) => Ok(Evaluated { plan, printed }),
         None => Err(Fault::new(&source.path, "the script ends without a city")
             .with_hint(Some("call city(#{ site: …, minors: … }) at its end".into()))),
     }
+}
+
+/// What is wrong in the rules that a script names, and with the names.
+fn in_rules(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
+    let mut seen = BTreeSet::new();
+    let mut faults = Vec::new();
+    for (name, at) in named_rules(ast) {
+        match around.shelves.read(&name) {
+            Err(fault) => {
+                let complaint = missing_rule(fault);
+                let (line, column) = (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
+                let fault = Fault::new(&source.path, complaint.message).with_hint(complaint.hint);
+                faults.push(Fault { line, column, ..fault });
+            }
+            Ok(rule) if seen.insert(rule.path.clone()) => match Rule::examine(&name, &rule, around) {
+                Ok(rule) => faults.extend(rule.doubts()),
+                Err(found) => faults.extend(found),
+            },
+            Ok(_) => {}
+        }
+    }
+    faults
+}
+
+fn missing_rule(fault: Fault) -> Complaint {
+    Complaint::new(format!("rule \"{}\": {}", fault.file, fault.message)).maybe_hint(fault.hint)
 }
 
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
@@ -124,19 +205,12 @@ fn rules(engine: &mut Engine, around: Surroundings) {
 }
 
 fn rule(name: &str, values: Map, around: &Surroundings) -> Result<Rule, Refusal> {
-    let source = around.shelves.read(name).map_err(|fault| {
-        Complaint::new(format!("rule \"{}\": {}", fault.file, fault.message)).maybe_hint(fault.hint)
-    })?;
-    let loaded = Rule::load(name, &source, around).map_err(within_rule)?;
+    let source = around.shelves.read(name).map_err(missing_rule)?;
+    let loaded = Rule::load(name, &source, around).map_err(Complaint::of)?;
     let params = values.iter().try_fold(loaded.params().clone(), |params, (name, value)| with(params, name, value))?;
     Ok(loaded.with(params))
 }
 
 fn with(params: crate::ParamSet, name: &str, value: &Dynamic) -> Result<crate::ParamSet, Complaint> {
     params.with_dynamic(name, value).map_err(|error| Complaint::new(error.message).maybe_hint(error.hint).key(name))
-}
-
-/// A fault inside a rule stays where it is: it travels through the city script as it stands.
-fn within_rule(fault: Fault) -> Refusal {
-    Box::new(EvalAltResult::ErrorRuntime(Dynamic::from(fault), rhai::Position::NONE))
 }

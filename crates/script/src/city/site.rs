@@ -113,7 +113,8 @@ fn folder_site(sites: &dyn Sites, folder: &str, options: Map) -> Result<SiteHand
     }
     let size = Options::new("site", options, &["size"])?.size("size")?;
     let request = SiteRequest { folder: folder.to_owned(), size };
-    let info = sites.site(&request).map_err(Complaint::new)?;
+    let help = "maps lie in a folder beside the script; a site without any is site(#{ size: [3000, 2000] })";
+    let info = sites.site(&request).map_err(|message| Complaint::new(message).hint(help))?;
     let plan = SitePlan { folder: Some(request.folder), size, ..SitePlan::default() };
     Ok(SiteHandle { plan: Arc::new(Mutex::new(plan)), info: Arc::new(info) })
 }

@@ -13,7 +13,7 @@ use crate::plan::{
 use crate::rule::{Rule, RuleKind};
 use crate::words::options::{Options, pair, text};
 use geom::{Point, Vec2};
-use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
+use rhai::{Array, Dynamic, Engine, FuncRegistration, ImmutableString, Map};
 use std::collections::BTreeMap;
 use streets::{Class, Classes};
 
@@ -190,14 +190,8 @@ fn streets(options: Map) -> Result<StreetPlan, Complaint> {
         least_network: options.within("least_network", 0.0, LONGEST_NEEDLESS, " m")?.unwrap_or(0.0),
     };
     // What is told once is asked for here already: its faults are the script's.
-    plan.goal().and_then(|_| plan.masks()).map_err(from_rule)?;
+    plan.goal().and_then(|_| plan.masks()).map_err(Complaint::of_rule)?;
     Ok(plan)
-}
-
-/// A complaint about a rule that the script chose.
-fn from_rule(fault: crate::Fault) -> Complaint {
-    let spot = if fault.line > 0 { format!("{}:{}:{}", fault.file, fault.line, fault.column) } else { fault.file };
-    Complaint::new(format!("{spot}: {}", fault.message)).maybe_hint(fault.hint)
 }
 
 /// A rule that tells what streets keep to, or a list of such rules.
@@ -241,7 +235,9 @@ pub(super) fn rules_of(
 /// A rule that decides what a role needs.
 pub(super) fn rule_of(value: Dynamic, key: &str, kind: RuleKind) -> Result<Rule, Complaint> {
     let given = kind_of(&value);
-    let wrong = || Complaint::new(format!("`{key}` must be rule(\"…\"), not {given}")).key(key);
+    let named = value.read_lock::<ImmutableString>().map(|name| format!("write rule(\"{}\")", *name));
+    let help = named.unwrap_or_else(|| "write rule(\"folder/name\")".into());
+    let wrong = || Complaint::new(format!("`{key}` must be rule(\"…\"), not {given}")).hint(help).key(key);
     let rule: Rule = value.try_cast().ok_or_else(wrong)?;
     decides(&rule, kind).map_err(|(message, help)| Complaint::new(message).maybe_hint(help).key(key))?;
     Ok(rule)

@@ -1,5 +1,6 @@
 //! What a native word says when it refuses its arguments.
 
+use super::Fault;
 use rhai::{Dynamic, EvalAltResult, Position};
 
 /// A native word's refusal: travels through Rhai as the payload of a run-time error.
@@ -11,6 +12,8 @@ pub(crate) struct Complaint {
     pub hint: Option<String>,
     /// The key of an options map that is to blame; the fault is then placed on it.
     pub key: Option<String>,
+    /// The fault of a rule that lies behind it, which is told instead: it knows its own place.
+    pub fault: Option<Box<Fault>>,
 }
 
 /// What native words return instead of a value.
@@ -18,7 +21,20 @@ pub(crate) type Refusal = Box<EvalAltResult>;
 
 impl Complaint {
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), hint: None, key: None }
+        Self { message: message.into(), hint: None, key: None, fault: None }
+    }
+
+    /// Tells a fault as it stands.
+    pub fn of(fault: Fault) -> Self {
+        Self { fault: Some(Box::new(fault)), ..Self::new("") }
+    }
+
+    /// Tells the fault of a rule, in words of its own where the fault knows no line: where the rule is asked for says more.
+    pub fn of_rule(fault: Fault) -> Self {
+        if fault.line > 0 {
+            return Self::of(fault);
+        }
+        Self::new(format!("{}: {}", fault.file, fault.message)).maybe_hint(fault.hint)
     }
 
     pub fn hint(mut self, hint: impl Into<String>) -> Self {

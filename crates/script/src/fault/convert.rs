@@ -1,9 +1,9 @@
 //! From Rhai's errors to faults: the innermost file and position, plain words, a hint.
 
-use super::{Complaint, Fault, text};
+use super::{Call, Complaint, Fault, plural, text};
 use crate::host::{Texts, Vocabulary};
 use crate::names::{hint, nearest};
-use rhai::{Dynamic, EvalAltResult, ParseErrorType, Position};
+use rhai::{Dynamic, EvalAltResult, LexError, ParseErrorType, Position};
 use std::any::Any;
 
 /// What turning an error into a fault needs to know.
@@ -22,6 +22,8 @@ pub(crate) struct Diagnosis<'a> {
 struct Spot {
     file: String,
     position: Position,
+    /// The calls passed, the outermost first.
+    calls: Vec<Call>,
 }
 
 /// What a message says, what helps, and the options key it is about.
@@ -29,20 +31,21 @@ type Words = Complaint;
 
 /// The fault of a Rhai error: placed where the innermost frame failed.
 pub(crate) fn of_error(error: EvalAltResult, diagnosis: &Diagnosis<'_>) -> Fault {
-    let mut spot = Spot { file: diagnosis.file.to_owned(), position: Position::NONE };
+    let mut spot = Spot { file: diagnosis.file.to_owned(), position: Position::NONE, calls: Vec::new() };
     let inner = innermost(error, &mut spot);
     if let EvalAltResult::ErrorRuntime(payload, _) = &inner
-        && let Some(fault) = payload.read_lock::<Fault>()
+        && let Some(fault) = payload.read_lock::<Complaint>().and_then(|complaint| complaint.fault.clone())
     {
         // A rule that a city script loads has told its own fault already.
-        return fault.clone();
+        return *fault;
     }
-    let words = words_of(inner, diagnosis, &spot.file);
+    let words = words_of(inner, diagnosis, &spot);
     let line = spot.position.line().unwrap_or(0) as u32;
     let column = if line == 0 { 0 } else { spot.position.position().unwrap_or(1) as u32 };
     let (line, column) = on_key(&words, diagnosis, &spot.file, (line, column));
     let (message, hint) = printable(words.message, words.hint);
-    Fault { line, column, hint, ..Fault::new(spot.file, message) }
+    let calls = spot.calls.into_iter().rev().collect();
+    Fault { line, column, hint, calls, ..Fault::new(spot.file, message) }.measured(diagnosis.texts)
 }
 
 /// A message without characters that a terminal would obey or hide.
@@ -53,7 +56,7 @@ fn printable(message: String, hint: Option<String>) -> (String, Option<String>) 
     }
     let shown = |letter: char| if is_hidden(letter) { format!("U+{:04X}", u32::from(letter)) } else { letter.into() };
     let help = "a script is plain UTF-8 text: save it so, without control characters";
-    (message.chars().map(shown).collect(), hint.or_else(|| Some(help.to_owned())))
+    (message.chars().map(shown).collect(), Some(help.to_owned()))
 }
 
 /// The fault of a panic in native code: a defect of the program, never of the script.
@@ -72,9 +75,11 @@ fn innermost(mut error: EvalAltResult, spot: &mut Spot) -> EvalAltResult {
             spot.position = own;
         }
         let (file, inner) = match error {
-            EvalAltResult::ErrorInFunctionCall(_, file, inner, _) | EvalAltResult::ErrorInModule(file, inner, _) => {
+            EvalAltResult::ErrorInFunctionCall(function, file, inner, at) => {
+                spot.calls.push(call(function, spot, at));
                 (file, inner)
             }
+            EvalAltResult::ErrorInModule(file, inner, _) => (file, inner),
             other => return other,
         };
         if !file.is_empty() && !inner_position(&inner).is_none() {
@@ -82,6 +87,14 @@ fn innermost(mut error: EvalAltResult, spot: &mut Spot) -> EvalAltResult {
         }
         error = *inner;
     }
+}
+
+/// A call that an error came through.
+fn call(function: String, spot: &Spot, at: Position) -> Call {
+    // Rhai names closures by a number.
+    let function = if function.starts_with("anon$") { "a closure".to_owned() } else { function };
+    let (line, column) = (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
+    Call { function, file: spot.file.clone(), line, column }
 }
 
 /// The position of an error or, where it has none, of the error inside it.
@@ -103,11 +116,12 @@ fn on_key(words: &Words, diagnosis: &Diagnosis<'_>, file: &str, at: (u32, u32)) 
     text::key_position(&text, at.0, at.1, key).unwrap_or(at)
 }
 
-fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, spot: &Spot) -> Words {
     use EvalAltResult as E;
+    let file = spot.file.as_str();
     match error {
         E::ErrorRuntime(payload, _) => thrown(&payload),
-        E::ErrorParsing(kind, _) => syntax(&kind, diagnosis, file),
+        E::ErrorParsing(kind, _) => syntax(&kind, diagnosis, file, spot.position),
         E::ErrorFunctionNotFound(signature, _) => unknown_function(&signature, diagnosis.vocabulary),
         E::ErrorVariableNotFound(name, _) => unknown_variable(&name, diagnosis, file),
         E::ErrorPropertyNotFound(name, _) => Complaint::new(format!("there is no `{name}` in this map")),
@@ -121,9 +135,10 @@ fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, file: &str) -> Word
         }
         E::ErrorDataTooLarge(kind, _) => too_large(&kind),
         E::ErrorMismatchOutputType(wanted, got, _) | E::ErrorMismatchDataType(wanted, got, _) => {
-            Complaint::new(format!("expected {}, got {}", plain_type(&wanted), plain_type(&got)))
+            mismatch(&plain_type(&wanted), &plain_type(&got))
         }
-        E::ErrorArithmetic(message, _) => Complaint::new(lower_first(&message)),
+        E::ErrorArithmetic(message, _) => Complaint::new(lower_first(&message)).maybe_hint(of_arithmetic(&message)),
+        E::ErrorArrayBounds(length, index, _) => out_of_list(length, index),
         other => {
             let mut other = other;
             other.set_position(Position::NONE);
@@ -132,9 +147,39 @@ fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, file: &str) -> Word
     }
 }
 
+fn mismatch(wanted: &str, got: &str) -> Words {
+    let help = match (wanted, got) {
+        ("true or false", "a number" | "a whole number") => Some("compare it with something, such as `… > 0`"),
+        ("true or false", _) => Some("compare it with something, such as `… == \"major\"`"),
+        _ => None,
+    };
+    Complaint::new(format!("expected {wanted}, got {got}")).maybe_hint(help.map(str::to_owned))
+}
+
+fn of_arithmetic(message: &str) -> Option<String> {
+    let help = if message.contains("by zero") {
+        "was something divided by 0? Test for it first"
+    } else if message.contains("overflow") {
+        "whole numbers have an end: write one of them with a point, such as 2.0"
+    } else {
+        return None;
+    };
+    Some(help.into())
+}
+
+fn out_of_list(length: usize, index: i64) -> Words {
+    let message = format!("there is no item {index}: the list has {}", plural(length, "item"));
+    let help = match length {
+        0 => "test `is_empty()` first".to_owned(),
+        1 => "its only item is 0".to_owned(),
+        _ => format!("items are counted from 0 to {}", length - 1),
+    };
+    Complaint::new(message).hint(help)
+}
+
 /// A native word's complaint, or what a script itself threw.
 fn thrown(payload: &Dynamic) -> Words {
-    let text = || Complaint::new(payload.to_string());
+    let text = || Complaint::new(payload.to_string()).hint("the script itself throws this");
     payload.read_lock::<Complaint>().map_or_else(text, |complaint| complaint.clone())
 }
 
@@ -148,7 +193,7 @@ fn too_large(kind: &str) -> Words {
     Complaint::new(format!("{what} grew too large")).hint("does a loop collect more than it should?")
 }
 
-fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Position) -> Words {
     match kind {
         ParseErrorType::VariableUndefined(name) => unknown_variable(name, diagnosis, file),
         ParseErrorType::ModuleUndefined(name) => {
@@ -158,7 +203,51 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str) -> Words
         ParseErrorType::PropertyExpected => Complaint::new("expecting the name of a property")
             .hint("keywords are no names: city(#{ … }) takes `imported`, not `import`"),
         ParseErrorType::UnknownOperator(symbol) if symbol.starts_with("**") => powers_are_a_function(),
-        other => Complaint::new(lower_first(&other.to_string())),
+        ParseErrorType::VariableExpected => not_a_name(diagnosis, file, at, "a variable"),
+        ParseErrorType::FnMissingName => not_a_name(diagnosis, file, at, "a function"),
+        ParseErrorType::MissingToken(wanted, _) => missing_token(wanted, kind, diagnosis, file),
+        ParseErrorType::BadInput(LexError::UnterminatedString) => {
+            Complaint::new("this text has no end").hint("close it with the same quote in the same line")
+        }
+        other => {
+            let message = lower_first(&other.to_string());
+            if message.contains("'eval' is disabled") {
+                return Complaint::new("there is no `eval`")
+                    .hint("what a rule does stands in its file: write a function");
+            }
+            if message.contains("typo of '=='") {
+                return Complaint::new("`=` gives a variable a value").hint("write `==` to compare");
+            }
+            Complaint::new(message).hint("is a bracket, a comma or a `;` missing before this place?")
+        }
+    }
+}
+
+fn not_a_name(diagnosis: &Diagnosis<'_>, file: &str, at: Position, what: &str) -> Words {
+    let text = diagnosis.texts.get(file).unwrap_or_default();
+    let (line, column) = (at.line().unwrap_or(0), at.position().unwrap_or(0));
+    let row = text.lines().nth(line.wrapping_sub(1)).unwrap_or_default();
+    let from = row.char_indices().nth(column.saturating_sub(1)).map_or("", |(start, _)| &row[start..]);
+    let complaint = Complaint::new(format!("expecting the name of {what}"));
+    match text::identifiers(from).next().filter(|word| from.starts_with(word)) {
+        Some(word) => complaint.hint(format!("`{word}` is a word of the language: choose another name")),
+        None => complaint.hint("a name is made of letters, digits and `_`, and begins with a letter"),
+    }
+}
+
+fn missing_token(wanted: &str, kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+    let complaint = Complaint::new(lower_first(&kind.to_string()));
+    let opens = match wanted {
+        ";" => return complaint.hint("end the statement before this place with `;`"),
+        "}" => '{',
+        ")" => '(',
+        "]" => '[',
+        other => return complaint.hint(format!("is a `{other}` missing before this place?")),
+    };
+    let open = diagnosis.texts.get(file).and_then(|text| text::unclosed(&text, opens));
+    match open {
+        Some((line, column)) => complaint.hint(format!("the `{opens}` at {line}:{column} is not closed")),
+        None => complaint.hint(format!("is a `{wanted}` missing before this place?")),
     }
 }
 
@@ -170,6 +259,11 @@ fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
     let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ""));
     let given = arguments.trim_end_matches(')');
     let forms = vocabulary.forms_of(name);
+    if !name.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+        let sides = split_types(given).map(plain_type).collect::<Vec<_>>().join(" and ");
+        let help = if name == "+" { "both must be numbers, texts or lists" } else { "both must be numbers" };
+        return Complaint::new(format!("there is no `{name}` of {sides}")).hint(help);
+    }
     if forms.is_empty() {
         let near = nearest(name, vocabulary.functions()).map(|name| format!("did you mean `{name}`?"));
         return Complaint::new(format!("there is no function `{name}`")).maybe_hint(near);
@@ -208,8 +302,12 @@ fn unknown_property(message: &str, vocabulary: &Vocabulary) -> Words {
     Complaint::new(format!("{} {verb} `{property}`", plain_type(kind))).maybe_hint(help)
 }
 
+fn split_types(list: &str) -> impl Iterator<Item = &str> {
+    list.split(", ")
+}
+
 fn plain_types(list: &str) -> String {
-    list.split(", ").map(plain_type).collect::<Vec<_>>().join(", ")
+    split_types(list).map(plain_type).collect::<Vec<_>>().join(", ")
 }
 
 /// A Rhai type, or one of ours in lower case, in the words of a rule writer.
@@ -238,6 +336,7 @@ pub(crate) fn plain_type(name: &str) -> String {
         "patternplan" => "a mix of rules".into(),
         "weightplan" => "a weight".into(),
         "peak" => "a peak".into(),
+        "link" => "one step of a chain".into(),
         "declaration" => "a parameter".into(),
         name if name.contains("tring") || name.contains("str") => "a text".into(),
         name => name.into(),

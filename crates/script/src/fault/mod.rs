@@ -6,25 +6,55 @@ mod text;
 
 pub(crate) use complaint::{Complaint, Refusal};
 pub(crate) use convert::{Diagnosis, of_error, of_panic, plain_type};
+pub(crate) use text::{column_of, key_position};
 
+use crate::host::Texts;
 use geom::Vec2;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+/// How bad a fault is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// It did not do what it says.
+    Error,
+    /// It did, but surely not what was meant.
+    Warning,
+}
+
+/// A call on the way to a fault.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Call {
+    /// The function that was called.
+    pub function: String,
+    /// Where it was called: the script.
+    pub file: String,
+    /// The line, from 1; 0 when unknown.
+    pub line: u32,
+    /// The column, from 1; 0 when unknown.
+    pub column: u32,
+}
+
 /// Something wrong in a rule or a city script, at its line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
+    /// How bad it is.
+    pub severity: Severity,
     /// The script, as its library names it.
     pub file: String,
     /// Line from 1; 0 when the fault concerns the whole file.
     pub line: u32,
     /// Column from 1, counted in characters; 0 when unknown.
     pub column: u32,
+    /// Characters of the word it is about; 0 when unknown.
+    pub length: u32,
     /// What is wrong.
     pub message: String,
     /// What to do about it.
     pub hint: Option<String>,
+    /// The calls that led there, the innermost first; none where the fault lies in what was asked itself.
+    pub calls: Vec<Call>,
     /// Where in the city it happened, in metres: of several places the least by x, then y.
     pub place: Option<Vec2>,
     /// How often it happened.
@@ -35,7 +65,22 @@ impl Fault {
     /// A fault of a whole file.
     pub fn new(file: impl Into<String>, message: impl Into<String>) -> Self {
         let (file, message) = (file.into(), message.into());
-        Self { file, line: 0, column: 0, message, hint: None, place: None, count: 1 }
+        let (severity, calls) = (Severity::Error, Vec::new());
+        Self { severity, file, line: 0, column: 0, length: 0, message, hint: None, calls, place: None, count: 1 }
+    }
+
+    /// What is surely a mistake, but stops nothing.
+    pub fn warning(file: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::new(file, message) }
+    }
+
+    /// The same with its length: that of the word that stands there in the text.
+    #[must_use]
+    pub(crate) fn measured(mut self, texts: &Texts) -> Self {
+        if let Some(text) = texts.get(&self.file) {
+            self.length = text::word_length(&text, self.line, self.column);
+        }
+        self
     }
 
     /// The same with a hint.
@@ -56,6 +101,8 @@ impl Fault {
     fn merge(&mut self, other: Self) {
         self.count += other.count;
         self.hint = least(self.hint.take(), other.hint, |a, b| a <= b);
+        // Of several ways there, the same one whatever came first.
+        self.calls = std::mem::take(&mut self.calls).min(other.calls);
         self.place = least(self.place, other.place, |a, b| (a.x, a.y) <= (b.x, b.y));
     }
 }
@@ -68,6 +115,11 @@ fn least<T>(a: Option<T>, b: Option<T>, in_order: impl Fn(&T, &T) -> bool) -> Op
     }
 }
 
+/// `1 argument`, `2 arguments`.
+pub(crate) fn plural(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 impl fmt::Display for Fault {
     /// `file:line:column: message`, then how often and where, and a line with the hint.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -75,7 +127,8 @@ impl fmt::Display for Fault {
         if self.line > 0 {
             write!(f, ":{}:{}", self.line, self.column)?;
         }
-        write!(f, ": {}", self.message)?;
+        let warning = if self.severity == Severity::Warning { "warning: " } else { "" };
+        write!(f, ": {warning}{}", self.message)?;
         if self.count > 1 {
             write!(f, " ({} times)", self.count)?;
         }

@@ -2,7 +2,7 @@
 
 /// Where `key:` stands in the first `#{ … }` that opens at or after a position: its line and column. Nested brackets,
 /// strings and comments are skipped.
-pub(super) fn key_position(text: &str, line: u32, column: u32, key: &str) -> Option<(u32, u32)> {
+pub(crate) fn key_position(text: &str, line: u32, column: u32, key: &str) -> Option<(u32, u32)> {
     let mut scan = Scan::new(text, line, column)?;
     while scan.chars.get(scan.at)? != &'#' || scan.chars.get(scan.at + 1) != Some(&'{') {
         scan.step();
@@ -20,6 +20,67 @@ pub(super) fn key_position(text: &str, line: u32, column: u32, key: &str) -> Opt
         scan.step();
     }
     None
+}
+
+/// The bracket of a kind that is most likely the one without its partner: one whose partner stands at the head of a line
+/// that is indented otherwise, else the last that is open at the end.
+pub(super) fn unclosed(text: &str, opens: char) -> Option<(u32, u32)> {
+    let indents: Vec<usize> = text.lines().map(|line| line.chars().take_while(|c| c.is_whitespace()).count()).collect();
+    let indent = |line: u32| indents.get(line as usize - 1).copied().unwrap_or(0);
+    let mut scan = Scan::new(text, 1, 1)?;
+    let mut open: Vec<(char, u32, u32)> = Vec::new();
+    while let Some(&c) = scan.chars.get(scan.at) {
+        match c {
+            '{' | '(' | '[' => open.push((c, scan.line, scan.column)),
+            '}' | ')' | ']' => {
+                let heads_line = scan.column as usize == indent(scan.line) + 1;
+                match open.pop() {
+                    Some((c, line, column)) if c == opens && heads_line && indent(line) != indent(scan.line) => {
+                        return Some((line, column));
+                    }
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+        scan.step();
+    }
+    open.iter().rev().find(|(c, ..)| *c == opens).map(|&(_, line, column)| (line, column))
+}
+
+/// Where a word stands in a line, from 1; 0 where it does not.
+pub(crate) fn column_of(text: &str, line: u32, word: &str) -> u32 {
+    let row = text.lines().nth((line as usize).wrapping_sub(1)).unwrap_or_default();
+    row.find(word).map_or(0, |at| row[..at].chars().count() as u32 + 1)
+}
+
+/// How many characters the word, number, text or sign at a place has; 0 past the end of its line.
+pub(super) fn word_length(text: &str, line: u32, column: u32) -> u32 {
+    let Some(row) = text.lines().nth((line as usize).wrapping_sub(1)) else { return 0 };
+    let rest: Vec<char> = row.chars().skip((column as usize).saturating_sub(1)).collect();
+    let Some(&first) = rest.first() else { return 0 };
+    let length = match first {
+        c if is_word(c) => rest.iter().take_while(|c| is_word(**c)).count(),
+        '"' | '`' => quoted_length(&rest),
+        '#' if rest.get(1) == Some(&'{') => 2,
+        '(' | ')' | '[' | ']' | '{' | '}' | ',' | ';' => 1,
+        c if c.is_whitespace() => 1,
+        _ => rest.iter().take_while(|c| is_sign(**c)).count().max(1),
+    };
+    length as u32
+}
+
+/// The length of a text with its quotes, to the end of the line where it is not closed there.
+fn quoted_length(rest: &[char]) -> usize {
+    let mut at = 1;
+    while at < rest.len() && rest[at] != rest[0] {
+        at += if rest[at] == '\\' { 2 } else { 1 };
+    }
+    (at + 1).min(rest.len())
+}
+
+fn is_sign(c: char) -> bool {
+    "+-*/%=<>!&|^?:.".contains(c)
 }
 
 /// A walk over a text that jumps over comments and the inside of strings.
@@ -104,6 +165,25 @@ pub(super) fn identifiers(text: &str) -> impl Iterator<Item = &str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_are_measured_as_they_are_written() {
+        let text = "let größe = tip.ahead(1.5) ** \"a\\\"b\";\n#{ a: 'x }";
+        let found = [1, 5, 11, 13, 17, 23, 28, 31].map(|column| word_length(text, 1, column));
+        assert_eq!(found, [3, 5, 1, 3, 5, 1, 2, 6]);
+        assert_eq!((word_length(text, 2, 1), word_length(text, 2, 99), word_length(text, 3, 1)), (2, 0, 0));
+        assert_eq!(word_length(text, 0, 0), 0);
+    }
+
+    #[test]
+    fn the_bracket_that_was_forgotten_is_told_by_indents() {
+        let forgotten = "fn a() {\n    if b {\n        c();\n    d();\n}\n";
+        assert_eq!(unclosed(forgotten, '{'), Some((2, 10)));
+        assert_eq!(unclosed("fn a() {\n    b(c(1);\n}", '('), Some((2, 6)));
+        assert_eq!(unclosed("fn a() { \"}\"", '{'), Some((1, 8)));
+        assert_eq!(unclosed("fn a() { }", '{'), None);
+        assert_eq!((column_of("fn größe(a)", 1, "(a"), column_of("x", 4, "x")), (9, 0));
+    }
 
     #[test]
     fn keys_are_found_at_their_own_depth() {

@@ -1,46 +1,143 @@
-//! What can be found wrong in a script before it runs.
+//! What can be found wrong in a script before it runs. Rhai itself finds it only when it is reached.
 
 use super::Vocabulary;
-use crate::fault::Fault;
-use crate::names::nearest;
+use crate::fault::{Fault, plural};
+use crate::names::{hint, nearest};
 use rhai::{AST, ASTNode, Expr, FnCallExpr, Position, Stmt};
+use std::collections::BTreeSet;
 
-/// Calls of functions that do not exist, by position. Rhai itself finds them only when they are reached.
+/// A call in a script.
+struct Called<'a> {
+    call: &'a FnCallExpr,
+    at: Position,
+    is_method: bool,
+}
+
+/// Calls of functions that do not exist, by position.
 pub(crate) fn unknown_words(ast: &AST, file: &str, words: &Vocabulary) -> Vec<Fault> {
+    faults_of_calls(ast, |called| {
+        let name = &called.call.name;
+        let near = nearest(name, words.functions()).map(|name| format!("did you mean `{name}`?"));
+        let is_unknown = is_plain(called.call) && !words.has_function(name);
+        is_unknown.then(|| at(called.at, Fault::new(file, format!("there is no function `{name}`")).with_hint(near)))
+    })
+}
+
+/// Calls with more or fewer arguments than the function takes, by position.
+pub(crate) fn miscounted_calls(ast: &AST, file: &str, words: &Vocabulary) -> Vec<Fault> {
+    faults_of_calls(ast, |called| {
+        let (name, count) = (&called.call.name, called.call.args.len());
+        if !is_plain(called.call) || !words.has_function(name) || words.takes(name, count, called.is_method) {
+            return None;
+        }
+        let message = format!("`{name}` does not take {}", plural(count, "argument"));
+        let help = format!("it is written {}", words.forms_of(name).join(" or "));
+        Some(at(called.at, Fault::new(file, message).with_hint(Some(help))))
+    })
+}
+
+/// Parameters that are asked for in these statements and not declared, by position; `variable` is what they are asked of.
+pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str], file: &str) -> Vec<Fault> {
     let mut faults = Vec::new();
-    ast.walk(&mut |path: &[ASTNode<'_>]| {
-        if let Some((call, at)) = path.last().and_then(call_of)
-            && is_unknown(call, words)
+    let mut on_node = |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
+            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && let Some((name, place)) = property_of(&dot.rhs)
+            && !declared.contains(&name)
         {
-            faults.push(fault(call, at, file, words));
+            let help = hint(name, declared.iter().copied());
+            let help = help.or_else(|| Some(format!("declare it: params(#{{ {name}: number(0) }})")));
+            let message = format!("there is no parameter `{name}`");
+            faults.push(at(place, Fault::new(file, message).with_hint(help)));
+        }
+        true
+    };
+    for statement in statements {
+        statement.walk(&mut Vec::new(), &mut on_node);
+    }
+    in_order(faults)
+}
+
+/// The names of all properties that a script asks for, of whatever.
+pub(crate) fn properties(ast: &AST) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Expr(expression)) = path.last()
+            && let Some((name, _)) = property_of(expression)
+        {
+            found.insert(name.to_owned());
         }
         true
     });
-    faults.sort_by_key(|fault| (fault.line, fault.column));
-    faults.dedup();
-    faults
+    found
 }
 
-fn call_of<'a>(node: &ASTNode<'a>) -> Option<(&'a FnCallExpr, Position)> {
-    match node {
-        ASTNode::Expr(Expr::FnCall(call, at) | Expr::MethodCall(call, at)) | ASTNode::Stmt(Stmt::FnCall(call, at)) => {
-            Some((call, *at))
+/// Where a function is called for the first time.
+pub(crate) fn first_call(ast: &AST, name: &str) -> Option<Position> {
+    let mut found = None;
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        found =
+            found.or_else(|| called(path.last()?).filter(|called| called.call.name == name).map(|called| called.at));
+        found.is_none()
+    });
+    found
+}
+
+/// The names of rules that a city script loads by a written name, with where.
+pub(crate) fn named_rules(ast: &AST) -> Vec<(String, Position)> {
+    let mut found = Vec::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let Some(called) = path.last().and_then(called)
+            && called.call.name == "rule"
+            && let Some(Expr::StringConstant(name, _)) = called.call.args.first()
+        {
+            found.push((name.to_string(), called.at));
         }
+        true
+    });
+    found
+}
+
+fn property_of(expression: &Expr) -> Option<(&str, Position)> {
+    match expression {
+        Expr::Property(property, at) => Some((property.2.as_str(), *at)),
+        // In `p.a.b` what stands behind the first dot is `a.b`.
+        Expr::Dot(dot, ..) | Expr::Index(dot, ..) => property_of(&dot.lhs),
         _ => None,
     }
 }
 
-fn is_unknown(call: &FnCallExpr, words: &Vocabulary) -> bool {
-    let plain = call.namespace.is_empty() && call.op_token.is_none();
-    plain && call.name.starts_with(|c: char| c.is_alphabetic() || c == '_') && !words.has_function(&call.name)
+fn faults_of_calls(ast: &AST, fault_of: impl Fn(&Called<'_>) -> Option<Fault>) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        faults.extend(path.last().and_then(called).and_then(|called| fault_of(&called)));
+        true
+    });
+    in_order(faults)
 }
 
-fn fault(call: &FnCallExpr, at: Position, file: &str, words: &Vocabulary) -> Fault {
-    let near = nearest(&call.name, words.functions()).map(|name| format!("did you mean `{name}`?"));
-    Fault {
-        line: at.line().unwrap_or(0) as u32,
-        column: at.position().unwrap_or(0) as u32,
-        hint: near,
-        ..Fault::new(file, format!("there is no function `{}`", call.name))
+fn called<'a>(node: &ASTNode<'a>) -> Option<Called<'a>> {
+    match node {
+        ASTNode::Expr(Expr::FnCall(call, at)) | ASTNode::Stmt(Stmt::FnCall(call, at)) => {
+            Some(Called { call, at: *at, is_method: false })
+        }
+        ASTNode::Expr(Expr::MethodCall(call, at)) => Some(Called { call, at: *at, is_method: true }),
+        _ => None,
     }
+}
+
+/// Whether a call names a function of this file or a word, and is no operator.
+fn is_plain(call: &FnCallExpr) -> bool {
+    let plain = call.namespace.is_empty() && call.op_token.is_none();
+    plain && call.name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+}
+
+fn at(place: Position, fault: Fault) -> Fault {
+    Fault { line: place.line().unwrap_or(0) as u32, column: place.position().unwrap_or(0) as u32, ..fault }
+}
+
+fn in_order(mut faults: Vec<Fault>) -> Vec<Fault> {
+    faults.sort_by_key(|fault| (fault.line, fault.column));
+    faults.dedup();
+    faults
 }

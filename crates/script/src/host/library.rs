@@ -113,15 +113,35 @@ pub(crate) fn is_inside(name: &str) -> bool {
     name.split('/').all(plain)
 }
 
-/// The texts of all scripts read so far, by the path that messages use.
+/// The texts of all scripts read so far, by the path that messages use: for showing the line of a fault. Cheap to clone.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Texts(Arc<Mutex<BTreeMap<String, Arc<str>>>>);
+pub struct Texts(Arc<Mutex<BTreeMap<String, Arc<str>>>>);
 
 impl Texts {
     /// Keeps a text.
-    pub fn keep(&self, source: &Source) {
-        let mut texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        texts.insert(source.path.clone(), source.text.as_str().into());
+    pub(crate) fn keep(&self, source: &Source) {
+        self.keep_text(&source.path, &source.text);
+    }
+
+    /// Keeps the text of a script.
+    pub fn keep_text(&self, path: &str, text: &str) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), text.into());
+    }
+
+    /// Keeps all texts of another reading.
+    pub fn keep_all(&self, other: &Self) {
+        if Arc::ptr_eq(&self.0, &other.0) {
+            return;
+        }
+        let others = other.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(others);
+    }
+
+    /// The text of an imported script, by the name it was imported by.
+    pub(crate) fn imported(&self, name: &str) -> Option<Arc<str>> {
+        let end = format!("/{name}.rhai");
+        let texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        texts.iter().find(|(path, _)| path.replace('\\', "/").ends_with(&end)).map(|(_, text)| text.clone())
     }
 
     /// The text of a script.

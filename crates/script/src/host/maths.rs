@@ -14,7 +14,11 @@ pub(crate) fn numeric(what: &str, value: &Dynamic) -> Result<f64, Complaint> {
     match number(value) {
         Some(number) if number.is_finite() => Ok(number),
         Some(_) => Err(Complaint::new(format!("{what} must be a finite number")).hint("was something divided by 0?")),
-        None => Err(Complaint::new(format!("{what} must be a number, not {}", super::kind_of(value)))),
+        None => {
+            let help =
+                if value.is_string() { "numbers stand without quotes" } else { "write a number, such as 80 or 0.5" };
+            Err(Complaint::new(format!("{what} must be a number, not {}", super::kind_of(value))).hint(help))
+        }
     }
 }
 

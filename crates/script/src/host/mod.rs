@@ -10,10 +10,10 @@ mod settle;
 mod vocabulary;
 
 pub(crate) use call::{Caller, Handle, Located};
-pub(crate) use check::unknown_words;
+pub(crate) use check::{first_call, miscounted_calls, named_rules, properties, undeclared, unknown_words};
 pub(crate) use engine::{Limits, engine};
-pub use library::{Embedded, Library, Source};
-pub(crate) use library::{Shelves, Texts, is_inside};
+pub use library::{Embedded, Library, Source, Texts};
+pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric};
 pub(crate) use resolver::{Modules, Reading, Resolver};
 pub(crate) use settle::Settling;

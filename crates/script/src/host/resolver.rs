@@ -117,10 +117,15 @@ impl Opened {
         OPEN.with_borrow_mut(|open| {
             if let Some(start) = open.iter().position(|(file, _)| file == name) {
                 let circle: Vec<&str> = open[start..].iter().map(|(file, _)| file.as_str()).chain([name]).collect();
-                return Err(Complaint::new(format!("imports go in a circle: {}", circle.join(" → "))).into());
+                let help = "move what both need into a file that imports neither";
+                return Err(Complaint::new(format!("imports go in a circle: {}", circle.join(" → ")))
+                    .hint(help)
+                    .into());
             }
             if open.len() >= DEEPEST {
-                return Err(Complaint::new("imports are nested too deeply").into());
+                return Err(Complaint::new("imports are nested too deeply")
+                    .hint("import fewer files from files")
+                    .into());
             }
             open.push((name.to_owned(), BTreeSet::new()));
             Ok(Self)

@@ -8,6 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) struct Vocabulary {
     forms: BTreeMap<String, BTreeSet<String>>,
     properties: BTreeMap<String, BTreeSet<String>>,
+    /// How many arguments native functions take, what they are called on included.
+    native: BTreeMap<String, BTreeSet<usize>>,
+    /// How many arguments functions of the script take.
+    own: BTreeMap<String, BTreeSet<usize>>,
 }
 
 /// What Rhai itself provides without registration.
@@ -24,6 +28,7 @@ impl Vocabulary {
         for function in ast.iter_functions() {
             let form = format!("{}({})", function.name, function.params.join(", "));
             words.forms.entry(function.name.to_owned()).or_default().insert(form);
+            words.own.entry(function.name.to_owned()).or_default().insert(function.params.len());
         }
         words.forms.extend(BUILT_IN.map(|name| (name.to_owned(), BTreeSet::from([format!("{name}(…)")]))));
         words
@@ -41,12 +46,24 @@ impl Vocabulary {
         } else if is_identifier(name) {
             let form = format!("{name}({})", plain_arguments(arguments));
             self.forms.entry(name.to_owned()).or_default().insert(form);
+            let count = if arguments.trim().is_empty() { 0 } else { split(arguments, ',').len() };
+            self.native.entry(name.to_owned()).or_default().insert(count);
         }
     }
 
     /// Whether something is called so.
     pub fn has_function(&self, name: &str) -> bool {
         self.forms.contains_key(name)
+    }
+
+    /// Whether a function can be called with so many arguments; true where there is no telling. As a method, what it is
+    /// called on counts for native functions only.
+    pub fn takes(&self, name: &str, arguments: usize, is_method: bool) -> bool {
+        let (native, own) = (self.native.get(name), self.own.get(name));
+        let is_told = !BUILT_IN.contains(&name) && (native.is_some() || own.is_some());
+        !is_told
+            || native.is_some_and(|counts| counts.contains(&(arguments + usize::from(is_method))))
+            || own.is_some_and(|counts| counts.contains(&arguments))
     }
 
     /// All function names.

@@ -40,7 +40,8 @@ impl Declared {
     fn declare(&self, map: Map) -> Result<(), Complaint> {
         let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if state.sealed {
-            return Err(Complaint::new("params(…) belongs at the top of the file, outside of functions"));
+            let help = "move it above the functions: it is read once, not at each call";
+            return Err(Complaint::new("params(…) belongs at the top of the file, outside of functions").hint(help));
         }
         if state.params.is_some() {
             return Err(Complaint::new("params(…) stands twice in this file").hint("put all parameters into one map"));
@@ -84,7 +85,7 @@ impl Declaration {
         match &mut self.domain {
             Domain::Number { range, .. } => *range = (low, high),
             Domain::Whole { range } => *range = (low.ceil() as i64, high.floor() as i64),
-            _ => return Err(Complaint::new("only numbers have a range")),
+            _ => return Err(Complaint::new("only numbers have a range").hint("take .range(…) away")),
         }
         Ok(self)
     }

@@ -1,7 +1,7 @@
 //! Plain values of parameters.
 
 use super::value::plain;
-use super::{ByDistrict, DistrictValues, Domain, MapValue, Param, Value};
+use super::{ByDistrict, DistrictValues, Domain, MapValue, Param, Unit, Value};
 use crate::host::number;
 use crate::names::{hint, listed};
 use crate::plan::MapRef;
@@ -130,6 +130,17 @@ impl Domain {
         }
         let near = match (self, &literal) {
             (Self::Choice(words), Literal::Choice(word)) => hint(word, words.iter().map(String::as_str)),
+            (Self::Number { unit: Unit::Ratio, range }, Literal::Number(x)) if *x > 1.0 && x / 100.0 <= range.1 => {
+                Some(format!("a ratio is a share of 1: {x} % is {}", x / 100.0))
+            }
+            (Self::Number { unit, range }, Literal::Number(x)) if !x.is_nan() => {
+                let (end, which) = if *x < range.0 { (range.0, "least") } else { (range.1, "most") };
+                end.is_finite().then(|| format!("{end}{} is the {which}", unit.suffix()))
+            }
+            (Self::Whole { range }, Literal::Whole(x)) => {
+                let (end, which) = if *x < range.0 { (range.0, "least") } else { (range.1, "most") };
+                Some(format!("{end} is the {which}"))
+            }
             _ => None,
         };
         Err((format!("must be {}, not {literal}", self.wanted()), near))

@@ -53,5 +53,6 @@ pub(crate) fn goal_of(rule: &Rule) -> Result<DensityGoal, Fault> {
 }
 
 pub(super) fn complaint(rule: &Rule, kind: RuleKind, wrong: Complaint) -> Fault {
-    Fault::new(rule.path(), format!("{}: {}", kind.form(), wrong.message)).with_hint(wrong.hint)
+    let fault = Fault::new(rule.path(), format!("{}: {}", kind.form(), wrong.message)).with_hint(wrong.hint);
+    rule.at_function(kind, fault)
 }

@@ -121,7 +121,8 @@ pub(crate) fn word<T: Copy>(options: &mut Options, key: &str, words: &[(&str, T)
 /// A value of a type.
 pub(crate) fn cast<T: Variant + Clone>(value: Dynamic, key: &str, kind: &str) -> Result<T, Complaint> {
     let given = kind_of(&value);
-    let everywhere = differs(&value).then(|| EVERYWHERE.to_owned());
+    let quoted = (value.is_string() && kind != "a text").then(|| "numbers, true and false stand without quotes".into());
+    let everywhere = differs(&value).then(|| EVERYWHERE.to_owned()).or(quoted);
     let wrong = || Complaint::new(format!("`{key}` must be {kind}, not {given}")).maybe_hint(everywhere).key(key);
     value.try_cast::<T>().ok_or_else(wrong)
 }

@@ -1,0 +1,188 @@
+//! What rule writers work with beside the build: `plat check`, `plat rules`, `plat new`.
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+fn plat(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plat")).current_dir(folder).args(arguments).output().expect("plat runs")
+}
+
+/// Runs and asserts the status; what it printed.
+fn expect(folder: &Path, arguments: &[&str], status: i32) -> String {
+    let output = plat(folder, arguments);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {told}");
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn json(folder: &Path, arguments: &[&str], status: i32) -> Value {
+    serde_json::from_str(&expect(folder, arguments, status)).expect("one JSON value")
+}
+
+fn place() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    let path = folder.join(name);
+    fs::create_dir_all(path.parent().expect("a parent")).expect("made");
+    fs::write(path, text).expect("written");
+}
+
+/// File and place of each fault of a report.
+fn spots(report: &Value) -> Vec<String> {
+    let faults = report["faults"].as_array().expect("a list").iter();
+    faults.map(|f| format!("{} {}:{}:{}", f["severity"], f["file"], f["line"], f["column"]).replace('"', "")).collect()
+}
+
+const KINDS: [&str; 6] = ["streets", "goals", "constraints", "constrain", "parcels", "buildings"];
+
+#[test]
+fn new_things_are_sound_and_work() {
+    let place = place();
+    expect(place.path(), &["new", "city", "town"], 0);
+    for kind in KINDS {
+        expect(place.path(), &["new", "rule", kind, &format!("my_{kind}"), "--in", "town"], 0);
+    }
+    let report = json(place.path(), &["check", "town", "--json"], 0);
+    assert_eq!((report["files"].as_u64(), spots(&report).len()), (Some(7), 0), "{report}");
+    // The city as it stands, smaller; then the same with every new rule in its place.
+    let script = fs::read_to_string(place.path().join("town/city.rhai")).expect("a script");
+    let small = script.replace("[3000, 3000]", "[900, 900]");
+    assert_ne!(small, script);
+    let own = small
+        .replace("streets/grid\", #{ heading: 15, block_length: 160, block_width: 80 }", "streets/my_streets\"")
+        .replace("constraints: rule(\"constraints/standard\", #{ snap: 60 }),", "constraints: rule(\"constraints/my_constraints\"),")
+        .replace("        width: 14,", "        constraints: [rule(\"constraints/standard\"), rule(\"constraints/my_constrain\")],\n        width: 14,")
+        .replace("parcels/recursive", "parcels/my_parcels")
+        .replace("buildings/extruded\", #{ high: 12 }", "buildings/my_buildings\"");
+    for (name, text, rules) in [("start", &small, 0), ("own", &own, 5)] {
+        write(place.path(), "town/city.rhai", text);
+        let uses = text.matches("my_").count();
+        assert_eq!(uses, rules, "{name}: {text}");
+        let built = json(place.path(), &["build", "town", "-o", name, "--json"], 0);
+        let count = |what: &str| built["report"]["counts"][what].as_u64().unwrap_or(0);
+        assert!(count("streets") > 50 && count("buildings") > 100, "{name}: {}", built["report"]["counts"]);
+    }
+}
+
+#[test]
+fn new_never_writes_over_and_takes_plain_names_only() {
+    let place = place();
+    expect(place.path(), &["new", "rule", "streets", "mine"], 0);
+    write(place.path(), "streets/mine.rhai", "// changed");
+    expect(place.path(), &["new", "rule", "streets", "mine"], 2);
+    assert_eq!(fs::read_to_string(place.path().join("streets/mine.rhai")).expect("a rule"), "// changed");
+    for bad in ["../out", "a/b", "", ".hidden", "a b", "x\"y"] {
+        expect(place.path(), &["new", "rule", "parcels", bad], 2);
+        expect(place.path(), &["new", "city", bad], 2);
+    }
+    expect(place.path(), &["new", "rule", "roads", "mine"], 2);
+    assert_eq!(fs::read_dir(place.path()).expect("a folder").count(), 1, "only streets/ was made");
+}
+
+#[test]
+fn check_finds_everything_in_all_files_at_once() {
+    let place = place();
+    write(
+        place.path(),
+        "city.rhai",
+        "let land = site(#{ size: [900, 900] });\n\
+         city(#{\n    site: land,\n    majors: streets(#{ pattern: rule(\"streets/first\") }),\n    \
+         minors: streets(#{ pattern: rule(\"streets/second\") }),\n    parcels: rule(\"parcels/thrid\"),\n    \
+         buildings: rule(\"buildings/fourth\"),\n});\n",
+    );
+    write(place.path(), "streets/first.rhai", "fn propose(tip, p) {\n    tip.branch_lft(80);\n    tip.ahed(80);\n}\n");
+    write(place.path(), "streets/second.rhai", "fn propose(tip, p) {\n    tip.ahead(80;\n}\n");
+    write(place.path(), "parcels/third.rhai", "fn subdivide(block, p) { block.open(); }\n");
+    let fourth = "params(#{ most: whole(3), least: whole(1), spare: whole(2) });\n\
+                  fn build(shape, p) {\n    shape.extrude(p.most * 3, 1, 2);\n    shape.extrude(p.lest);\n    max(1);\n}\n";
+    write(place.path(), "buildings/fourth.rhai", fourth);
+    // A file that others import decides nothing, and need not.
+    write(place.path(), "streets/lib/lengths.rhai", "fn of(tip) {\n    tip.age * 80\n}\n");
+    let report = json(place.path(), &["check", ".", "--json"], 1);
+    let mut found = spots(&report);
+    // What stopped the script comes first; the rest by file and place.
+    assert_eq!(found[0], "error ./streets/first.rhai:2:9");
+    found.sort();
+    let wanted = [
+        "error ./buildings/fourth.rhai:3:11",
+        "error ./buildings/fourth.rhai:4:21",
+        "error ./buildings/fourth.rhai:5:5",
+        "error ./city.rhai:6:14",
+        "error ./streets/first.rhai:2:9",
+        "error ./streets/first.rhai:3:9",
+        "error ./streets/second.rhai:2:17",
+        "warning ./buildings/fourth.rhai:1:27",
+        "warning ./buildings/fourth.rhai:1:44",
+    ];
+    assert_eq!(found, wanted, "{report}");
+    assert_eq!(report["files"], 6);
+    for fault in report["faults"].as_array().expect("a list") {
+        assert!(fault["hint"].is_string() && fault["length"].as_u64() > Some(0), "{fault}");
+    }
+    // A build tells the same errors, and writes nothing.
+    let built = json(place.path(), &["build", ".", "-o", "out", "--json"], 3);
+    let errors: Vec<Value> = built["error"]["faults"].as_array().expect("a list").clone();
+    assert_eq!(errors.iter().filter(|fault| fault["severity"] == "error").count(), 7, "{built}");
+    assert_eq!(fs::read_dir(place.path().join("out")).map_or(0, Iterator::count), 0);
+}
+
+#[test]
+fn check_reads_maps_and_says_what_is_missing() {
+    let place = place();
+    write(
+        place.path(),
+        "city.rhai",
+        "city(#{ site: site(#{ size: [900, 900] }), imported: [streets_from(\"no.osm\")] });\n",
+    );
+    let report = json(place.path(), &["check", "city.rhai", "--json"], 1);
+    let fault = &report["faults"][0];
+    assert!(fault["message"].as_str().is_some_and(|message| message.contains("no.osm")), "{report}");
+    expect(place.path(), &["check", "nowhere"], 2);
+    expect(place.path(), &["check"], 2);
+    fs::create_dir(place.path().join("empty")).expect("made");
+    expect(place.path(), &["check", "empty"], 2);
+    fs::write(place.path().join("bytes.rhai"), [0xff, 0xfe, 0x00]).expect("written");
+    expect(place.path(), &["check", "bytes.rhai"], 3);
+}
+
+#[test]
+fn all_that_is_shipped_is_sound() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let report = json(&root, &["check", "rules", "scripts", "--json"], 0);
+    assert_eq!(spots(&report), Vec::<String>::new(), "{report}");
+    assert!(report["files"].as_u64() > Some(25), "{report}");
+}
+
+#[test]
+fn rules_are_listed_with_all_that_can_be_set() {
+    let place = place();
+    let all = json(place.path(), &["rules", "--json"], 0);
+    let rules = all["rules"].as_array().expect("a list");
+    assert!(rules.len() >= 16, "{} rules", rules.len());
+    for rule in rules {
+        assert!(rule["about"].as_str().is_some_and(|about| !about.is_empty()), "{rule}");
+        for param in rule["params"].as_array().expect("a list") {
+            assert!(param["about"].as_str().is_some_and(|about| !about.is_empty()), "{rule}: {param}");
+            let is_number = ["number", "whole"].contains(&param["kind"].as_str().expect("a kind"));
+            assert_eq!(is_number, param["range"].is_array(), "{param}");
+        }
+    }
+    let grid = json(place.path(), &["rules", "streets/grid", "--json"], 0);
+    let heading = &grid["rules"][0]["params"][0];
+    assert_eq!((heading["name"].as_str(), heading["unit"].as_str()), (Some("heading"), Some("°")));
+    assert_eq!((heading["default"].as_str(), &heading["range"]), (Some("-29"), &serde_json::json!([-90.0, 90.0])));
+    expect(place.path(), &["rules", "streets/gird"], 2);
+    // Rules of one's own are listed too, and a broken one does not hide the others.
+    expect(place.path(), &["new", "rule", "parcels", "mine"], 0);
+    write(place.path(), "parcels/broken.rhai", "fn subdivide(block, p) { block.opn(); }\n");
+    let listed = json(place.path(), &["rules", "parcels/", "--rules", ".", "--json"], 1);
+    let names: Vec<&str> =
+        listed["rules"].as_array().expect("a list").iter().filter_map(|r| r["name"].as_str()).collect();
+    assert_eq!(names, ["parcels/mine", "parcels/recursive", "parcels/zoned"]);
+    assert_eq!(spots(&listed), ["error ./parcels/broken.rhai:1:32"]);
+}
