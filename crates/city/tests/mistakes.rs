@@ -86,6 +86,11 @@ fn what_is_told_is_right_and_helps() {
         if folder.path().join("out/map.png").is_file() != (status < 2) {
             wrong.push(format!("{name}: status {status}, but a city is there or is not"));
         }
+        if told.contains("at (") {
+            let map = fs::read_to_string(folder.path().join("out/map.svg")).expect("a map");
+            let mark = pointed_at(&text).map_or("own.rhai:".into(), |(line, _)| format!("own.rhai:{line}"));
+            assert!(map.contains(&mark), "{name}: no mark on the map");
+        }
         // Errors count, warnings where there is none.
         let first = told.find("error: ").map_or(&*told, |at| &told[at..]);
         let place = first.lines().find_map(|line| line.split_once("┌─ ./").map(|(_, place)| place.trim().to_owned()));

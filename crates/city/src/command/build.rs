@@ -2,12 +2,13 @@
 
 use super::bars::Bars;
 use super::{BuildArguments, Failure, Status, faults};
-use city::export::{ColourBy, MapOptions};
+use city::export::{ColourBy, MapOptions, Mark};
 use city::progress::{Progress, Stage};
 use city::{
     BuildError, Built, BuiltFrom, Cancel, City, FaultReport, LoadError, Report, Settings, Sources, Trace, build,
     export, load,
 };
+use geom::Vec2;
 use script::Texts;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -66,7 +67,8 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     if arguments.colour_by == Some(ColourBy::District) && city.districts.is_empty() && !arguments.quiet {
         eprintln!("   warning  the city has no districts to colour by: all streets are grey");
     }
-    let map = MapOptions { colour_by: arguments.colour_by, ..MapOptions::default() };
+    let marks = report.faults.iter().filter_map(mark_of).take(MOST_MARKS).collect();
+    let map = MapOptions { colour_by: arguments.colour_by, marks, ..MapOptions::default() };
     let steps =
         trace.map_or(Ok(Vec::new()), |trace| steps(arguments, &city, &trace, &map)).map_err(|error| failed(&error))?;
     let others: Vec<(&str, &[u8])> = std::iter::once((export::REPORT, &json[..]))
@@ -83,6 +85,16 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
         written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
     Ok((report, written, loaded.texts))
+}
+
+/// Most places of faults that a map shows.
+const MOST_MARKS: usize = 50;
+
+/// Where on the map a fault happened, with its line.
+fn mark_of(fault: &FaultReport) -> Option<Mark> {
+    let [x, y] = fault.place?;
+    let file = fault.file.rsplit(['/', '\\']).next().unwrap_or(&fault.file);
+    Some(Mark { at: Vec2::new(x, y), words: format!("{file}:{}", fault.line) })
 }
 
 /// What is remembered of the command line, to build the same city again.

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 pub use layout_file::{LayoutFile, ReadError, read_layout};
-pub use map::{ColourBy, MapOptions};
+pub use map::{ColourBy, MapOptions, Mark};
 
 /// The name of the report's file.
 pub const REPORT: &str = "report.json";

@@ -17,7 +17,7 @@ mod view;
 use crate::City;
 use canvas::Canvas;
 use colouring::Colouring;
-use geom::Bounds;
+use geom::{Bounds, Vec2};
 use std::io::{self, Write};
 use view::View;
 
@@ -34,11 +34,22 @@ pub struct MapOptions {
     pub colour_by: Option<ColourBy>,
     /// The ground that the map must show; that of the streets when none.
     pub extent: Option<Bounds>,
+    /// Places to mark above all else, such as those where rules failed.
+    pub marks: Vec<Mark>,
+}
+
+/// A place to mark.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Where, in metres.
+    pub at: Vec2,
+    /// What is written beside it.
+    pub words: String,
 }
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self { longest_side: 3000, title: None, attribution: None, colour_by: None, extent: None }
+        Self { longest_side: 3000, title: None, attribution: None, colour_by: None, extent: None, marks: Vec::new() }
     }
 }
 
@@ -109,6 +120,7 @@ fn draw(city: &City, options: &MapOptions, view: &View, colouring: Option<&Colou
         None => layers::draw(city, view, page),
     }
     furniture::draw(city, options, view, colouring, page);
+    landmarks::draw_marks(&options.marks, view, page);
 }
 
 #[cfg(test)]
@@ -130,6 +142,20 @@ mod tests {
         let parts: Vec<_> = document.root_element().children().filter_map(|node| node.attribute("id")).collect();
         assert_eq!(parts, ["ground", "heights", "blocks", "parcels", "buildings", "streets", "bridges", "furniture"]);
         assert!(document.descendants().any(|node| node.text() == Some("Port <Royal> & \"Sons\"")));
+    }
+
+    #[test]
+    fn marks_are_drawn_last_and_none_is_lost() {
+        let mark = |x: f64, words: &str| Mark { at: Vec2::new(x, 50.0), words: words.into() };
+        let marks = vec![mark(50.0, "own.rhai:4"), mark(-1e6, "far.rhai:1")];
+        let text = svg_of(&small_city(), &MapOptions { marks, ..MapOptions::default() });
+        let document = resvg::usvg::roxmltree::Document::parse(&text).unwrap();
+        let last =
+            document.root_element().children().filter(|node| node.attribute("id").is_some()).next_back().unwrap();
+        assert_eq!(last.attribute("id"), Some("marks"));
+        for words in ["own.rhai:4", "far.rhai:1"] {
+            assert!(last.descendants().any(|node| node.text() == Some(words)), "{words}");
+        }
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use super::canvas::Colour;
 use streets::{Class, Classes};
 
+/// What a map was told to mark.
+pub const MARK: Colour = Colour(0xc2, 0x18, 0x5b);
 /// The page around the map.
 pub const PAPER: Colour = Colour(0xfb, 0xfa, 0xf7);
 /// Words and frame.
