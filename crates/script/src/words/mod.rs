@@ -8,6 +8,7 @@ mod once;
 pub(crate) mod options;
 mod segment;
 mod shape;
+mod tally;
 mod tip;
 
 pub use block::{BlockContext, ParcelChoice, ParcelPattern};

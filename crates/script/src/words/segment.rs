@@ -1,5 +1,6 @@
 //! Constraints of one's own: `constrain(segment, p)`.
 
+use super::tally::Tally;
 use super::{chance, method, property, within};
 use crate::fault::{Complaint, Fault, Faults};
 use crate::host::{Caller, Handle, Located, numeric};
@@ -18,6 +19,16 @@ pub struct ConstraintPattern {
     caller: Caller<Drafting>,
     classes: Arc<Classes>,
     faults: Arc<Faults>,
+    tally: Tally,
+}
+
+impl Drop for ConstraintPattern {
+    /// At the end of the stage it is known whether the rule admitted anything.
+    fn drop(&mut self) {
+        let hint = "a street stays as it is unless segment.refuse(…) is called: is a comparison the wrong way round?";
+        let message = "this constraint refuses every street";
+        self.tally.warn(self.caller.rule(), RuleKind::Constrain, message, hint, &self.faults);
+    }
 }
 
 impl fmt::Debug for ConstraintPattern {
@@ -43,7 +54,7 @@ impl ConstraintPattern {
     /// The constraint of a rule with `constrain(segment, p)`; what goes wrong is reported to `faults`.
     pub fn new(rule: Rule, classes: Arc<Classes>, faults: Arc<Faults>) -> Self {
         let caller = Caller::new(rule, RuleKind::Constrain);
-        Self { caller, classes, faults }
+        Self { caller, classes, faults, tally: Tally::default() }
     }
 }
 
@@ -55,9 +66,11 @@ impl Constrain for ConstraintPattern {
         match self.caller.call(Drafting { draft: draft.clone(), classes }) {
             Ok(left) => {
                 *draft = left.draft;
+                self.tally.count(draft.refused.is_none());
                 draft.refused = draft.refused.take().map(|why| refuse(&why));
             }
             Err(fault) => {
+                self.tally.count(true);
                 let fault: Fault = *fault;
                 draft.refuse(refuse("the rule failed"));
                 self.faults.report(fault.at(draft.from));

@@ -3,6 +3,7 @@
 mod senses;
 
 use super::options::Options;
+use super::tally::Tally;
 use super::{chance, method, property, within};
 use crate::fault::{Complaint, Faults};
 use crate::host::{Caller, Handle, Located, numeric};
@@ -21,6 +22,15 @@ pub struct StreetPattern {
     origin: u16,
     classes: Arc<Classes>,
     faults: Arc<Faults>,
+    tally: Tally,
+}
+
+impl Drop for StreetPattern {
+    /// At the end of the stage it is known whether the rule proposed anything.
+    fn drop(&mut self) {
+        let hint = "fill a slot: tip.ahead(80), tip.branch_left(80), tip.branch_right(80) or tip.fork(80, 80)";
+        self.tally.warn(self.rule(), RuleKind::Streets, "this rule proposes nothing, anywhere", hint, &self.faults);
+    }
 }
 
 /// What `tip` stands for during a call.
@@ -39,7 +49,8 @@ impl Located for Growing {
 impl StreetPattern {
     /// The pattern of a rule with `propose(tip, p)`. Streets carry `origin`; what goes wrong is reported to `faults`.
     pub fn new(rule: Rule, origin: u16, classes: Arc<Classes>, faults: Arc<Faults>) -> Self {
-        Self { caller: Caller::new(rule, RuleKind::Streets), origin, classes, faults }
+        let caller = Caller::new(rule, RuleKind::Streets);
+        Self { caller, origin, classes, faults, tally: Tally::default() }
     }
 
     /// The rule.
@@ -53,8 +64,14 @@ impl GrowthRules for StreetPattern {
     fn propose(&self, tip: &mut Tip) {
         tip.slots = Slots::default();
         match self.caller.call(Growing { tip: tip.clone(), classes: self.classes.clone() }) {
-            Ok(grown) => tip.slots = grown.tip.slots,
-            Err(fault) => self.faults.report(fault.at(tip.place())),
+            Ok(grown) => {
+                self.tally.count(!grown.tip.slots.is_empty());
+                tip.slots = grown.tip.slots;
+            }
+            Err(fault) => {
+                self.tally.count(true);
+                self.faults.report(fault.at(tip.place()));
+            }
         }
     }
 
