@@ -1,6 +1,7 @@
 //! The promises of the README on whole cities: the same bytes for any number of threads, identity, lining up.
 
 use city::{City, Until};
+use geom::point::units;
 use geom::{Id, Polygon};
 use script::{Literal, Plan, QuarterPlan};
 use std::collections::{BTreeMap, BTreeSet};
@@ -135,11 +136,30 @@ fn a_parameter_of_one_quarter_changes_nothing_outside_it() {
     for ((x, y), width) in [((1210.0, 1230.0), 160.0), ((500.0, 500.0), 60.0), ((2200.0, 2200.0), 85.0)] {
         let (quarter, polygon) = quarter_at(&before, x, y);
         let set = BTreeMap::from([("minors.pattern.block_width".to_owned(), Literal::Number(width).into())]);
-        let after = lattice(|plan| drop(plan.quarters.insert(quarter, QuarterPlan { seed: None, set })));
+        let after = lattice(|plan| drop(plan.quarters.insert(quarter, QuarterPlan { set, ..Default::default() })));
         let blocks = |city: &City| city.blocks.iter().filter(|block| block.quarter == Some(quarter)).count();
         assert_ne!(blocks(&before), blocks(&after));
         assert_same_outside(&before, &after, quarter, &polygon);
     }
+}
+
+#[test]
+fn the_width_of_one_quarters_minors_changes_nothing_outside_it() {
+    let before = lattice(|_| {});
+    let (quarter, polygon) = middle_quarter(&before);
+    let own = QuarterPlan { width: Some(8.0), ..Default::default() };
+    let after = lattice(|plan| drop(plan.quarters.insert(quarter, own.clone())));
+    let widths = |city: &City| -> BTreeSet<i32> {
+        let minors = city.runs.iter().filter(|run| run.class == streets::Classes::MINOR);
+        minors
+            .filter(|run| {
+                run.nodes.iter().any(|&node| polygon.locate(city.graph.at(node)) == geom::polygon::Location::Inside)
+            })
+            .map(|run| run.half_width)
+            .collect()
+    };
+    assert_eq!((widths(&before), widths(&after)), ([units(7.0)].into(), [units(4.0)].into()));
+    assert_same_outside(&before, &after, quarter, &polygon);
 }
 
 #[test]
@@ -164,8 +184,8 @@ fn in_manhattan_the_seed_or_a_parameter_of_a_quarter_changes_nothing_outside_it(
     let before = build(&|_| {});
     let seed = || QuarterPlan { seed: Some(99), ..Default::default() };
     let set = |name: &str, value| QuarterPlan {
-        seed: None,
         set: BTreeMap::from([(format!("minors.pattern.{name}"), Literal::Number(value).into())]),
+        ..Default::default()
     };
     // Quarters of the raster, of the old town, and where the two meet.
     let changes = [

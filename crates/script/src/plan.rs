@@ -303,6 +303,8 @@ pub struct QuarterPlan {
     pub seed: Option<u64>,
     /// Other values of parameters, by role and name: `minors.pattern.block_width`.
     pub set: BTreeMap<String, Value>,
+    /// Full right-of-way of its minors in metres, where it differs.
+    pub width: Option<f64>,
 }
 
 /// What a city script asks for.
@@ -557,7 +559,11 @@ impl Plan {
         let constraint = |(i, rule): (usize, &Rule)| {
             self.rule_in(quarter, &constraint_role("minors", i)).unwrap_or_else(|| rule.clone())
         };
+        let width = quarter.and_then(|id| self.quarters.get(&id)?.width);
+        let own = width.map(|width| Value::Constant(Literal::Number(width)));
         Some(StreetPlan {
+            widths: if own.is_some() { None } else { plan.widths.clone() },
+            width: own.or_else(|| plan.width.clone()),
             pattern: self.pattern_in(quarter, "minors.pattern", &plan.pattern),
             constraints: plan.constraints.iter().enumerate().map(constraint).collect(),
             ..plan

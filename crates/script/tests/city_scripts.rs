@@ -221,6 +221,10 @@ fn mistakes_are_placed_on_their_keys() {
         ("import: 3", "3:3: expecting the name of a property"),
         ("remove: [\"12\"]", "3:3: `12` is no id"),
         ("quarters: #{ a: #{} }", "3:3: `a` is no id"),
+        (
+            "quarters: #{ \"0123456789abcdef0123456789abcdef\": #{ \"minors.width\": \"wide\" } }",
+            "3:3: `width` must be a number from 0.5 to 200 m, not a text",
+        ),
     ];
     for (option, wanted) in cases {
         assert_eq!(says(option), format!("city.rhai:{wanted}"), "{option}");

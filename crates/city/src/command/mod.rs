@@ -185,7 +185,7 @@ struct StatsArguments {
     /// A JSON file of ranges by place.
     #[arg(long, value_name = "FILE", requires = "place")]
     ranges: Option<PathBuf>,
-    /// The mask of MAPS_DIR to measure in, instead of the first of borough, city, land.
+    /// The mask of MAPS to measure in, instead of the first of borough, city, land.
     #[arg(long, value_name = "NAME", requires = "maps")]
     mask: Option<String>,
     /// Measures inside a rectangle only: west,south,east,north in metres.

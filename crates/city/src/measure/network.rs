@@ -53,7 +53,8 @@ pub fn largest_component(scene: &Scene) -> Option<f64> {
 
 /// The share of length on bridges or in tunnels.
 pub fn bridge_share(scene: &Scene) -> Option<f64> {
-    let raised: f64 = scene.pieces.iter().filter(|piece| piece.is_raised).map(|piece| piece.length).sum();
+    // A sum of nothing would be below zero by its sign.
+    let raised = scene.pieces.iter().filter(|piece| piece.is_raised).fold(0.0, |sum, piece| sum + piece.length);
     let all = piece_metres(scene);
     (all > 0.0).then(|| raised / all)
 }

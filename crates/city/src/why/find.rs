@@ -118,6 +118,12 @@ fn exact(layout: &LayoutFile, id: &str) -> Option<Found> {
 }
 
 fn unknown(layout: &LayoutFile, id: &str) -> WhyError {
+    let of_no_kind = layout.features.iter().find(|feature| feature.properties.id.as_deref() == Some(id));
+    if let Some(kind) = of_no_kind.and_then(|feature| feature.properties.kind.as_deref()) {
+        let message = format!("`{id}` is a {kind}: the city script draws it, no rule decides on it");
+        let hint = "ask about a street, crossing, quarter, block, parcel or building in it".into();
+        return WhyError::Unknown { message, hint };
+    }
     let shared = |other: &str| id.bytes().zip(other.bytes()).take_while(|(a, b)| a == b).count();
     let mut near: Vec<(usize, &str)> = ids(layout).map(|other| (shared(other), other)).collect();
     near.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(b.1)));

@@ -5,7 +5,7 @@ use super::site::site_of;
 use super::streets::rules_of;
 use crate::fault::Complaint;
 use crate::host::kind_of;
-use crate::param::Value;
+use crate::param::{Literal, Value};
 use crate::plan::{Landmark, MapRef, Plan, QuarterPlan, SitePlan, StreetPlan};
 use crate::rule::RuleKind;
 use crate::words::options::{Options, cast};
@@ -151,14 +151,32 @@ fn quarter(value: Dynamic, plan: &Plan) -> Result<QuarterPlan, Complaint> {
     let mut map: Map = value.try_cast().ok_or_else(wrong)?;
     let seed = map.remove("seed").map(|seed| Map::from([("seed".into(), seed)]));
     let seed = seed.map(|map| Options::new("a quarter", map, &["seed"])?.seed()).transpose()?.flatten();
+    let width = map.remove("minors.width").map(|value| width(&value)).transpose()?;
     let set = map.into_iter().map(|(name, value)| setting(&name, &value, plan)).collect::<Result<_, _>>()?;
-    Ok(QuarterPlan { seed, set })
+    Ok(QuarterPlan { seed, set, width })
+}
+
+/// How wide the minors of a quarter are.
+fn width(value: &Dynamic) -> Result<f64, Complaint> {
+    match super::streets::width_by_place(value).map_err(|complaint| complaint.key("quarters"))?.constant() {
+        Some(Literal::Number(width)) => Ok(*width),
+        _ => {
+            let help = "a quarter has one width; `width` of `minors` takes a map or by_district(…)";
+            Err(Complaint::new("`minors.width` of a quarter must be a number").hint(help).key("quarters"))
+        }
+    }
 }
 
 fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Value), Complaint> {
     let address = if name.contains('.') { name.to_owned() } else { bare_address(name, plan)? };
     let complain = |error: crate::ParamError| Complaint::new(error.message).maybe_hint(error.hint).key("quarters");
     let (role, name) = plan.address(&address).map_err(complain)?;
+    if ["highways", "majors"].iter().any(|class| role.starts_with(&format!("{class}."))) {
+        let message =
+            format!("`{role}` cannot differ in a quarter: quarters are there only when these streets have grown");
+        let help = "in a quarter `minors.…`, `parcels.…` and `buildings.…` can differ";
+        return Err(Complaint::new(message).hint(help).key("quarters"));
+    }
     let rule = plan.rule_in(None, &role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
     let params = rule.params().with_dynamic(&name, value).map_err(complain)?;
     let value = params.get(&name).cloned();

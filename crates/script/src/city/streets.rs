@@ -77,7 +77,7 @@ fn width(options: &mut Options) -> Result<Option<f64>, Complaint> {
 }
 
 /// A width, from a map or by district too.
-fn width_by_place(value: &Dynamic) -> Result<Value, Complaint> {
+pub(super) fn width_by_place(value: &Dynamic) -> Result<Value, Complaint> {
     if value.read_lock::<ByDistrict>().is_some_and(|values| values.other.is_none()) {
         let help = "by_district(#{ harbour: 20 }, 16): the last is the width on all other ground";
         return Err(Complaint::new("`width` by district needs a width for all other ground").hint(help).key("width"));

@@ -118,6 +118,11 @@ impl Domain {
 
     /// Holds a value against ranges and words.
     pub(crate) fn check(&self, literal: Literal) -> Result<Literal, Misfit> {
+        // Whole numbers do wherever numbers do.
+        let literal = match (self, literal) {
+            (Self::Number { .. }, Literal::Whole(whole)) => Literal::Number(whole as f64),
+            (_, literal) => literal,
+        };
         let inside = match (self, &literal) {
             (Self::Number { range: (low, high), .. }, Literal::Number(x)) => x.is_finite() && low <= x && x <= high,
             (Self::Whole { range: (low, high) }, Literal::Whole(x)) => low <= x && x <= high,

@@ -283,7 +283,9 @@ impl<'a> Grower<'a> {
         let mut wait = None;
         for (branch, slot) in successors {
             let Some(mut slot) = slot.and_then(Slot::kept) else { continue };
-            if !aim.leads(origin.at.metres(), steered + branch.turn() + slot.turn) {
+            // What leaves a seed or a given street starts a street of its own.
+            let is_side = !branch.goes_on() && origin.fired > 0;
+            if !aim.leads(origin.at.metres(), steered + branch.turn() + slot.turn, is_side) {
                 continue;
             }
             let width = || self.settings.widths.as_ref().map(|widths| widths.at(origin.at.metres()));

@@ -170,10 +170,10 @@ pub(super) struct Aim {
 }
 
 impl Aim {
-    /// Whether the pattern lets a street leave a place in a direction.
-    pub fn leads(&self, from: Vec2, heading: Angle) -> bool {
+    /// Whether the pattern lets a street leave a place in a direction, by itself or as a side street.
+    pub fn leads(&self, from: Vec2, heading: Angle, is_side: bool) -> bool {
         match self.steer {
-            Some(Steer::Rings(rings)) => rings.leads(from, heading.unit()),
+            Some(Steer::Rings(rings)) => rings.leads(from, heading.unit(), is_side),
             _ => true,
         }
     }

@@ -66,13 +66,17 @@ impl Rings {
     }
 
     /// Whether a street may leave a place in a direction (a unit vector): rays leave rings where they belong, and none
-    /// goes on within the innermost ring.
-    pub fn leads(&self, from: Vec2, along: Vec2) -> bool {
+    /// goes on within the innermost ring. A side street of one that was cut short between two rings (at water, at the rim)
+    /// is no ring, and a ray only where one belongs.
+    pub fn leads(&self, from: Vec2, along: Vec2, is_side: bool) -> bool {
         let at = self.polar(from);
         let outward = Angle::radians(at.angle).unit();
         let is_on_ray = along.dot(outward).abs() >= outward.perp_dot(along).abs();
         let ring = self.nearest_ring(at.radius);
-        if !is_on_ray || (at.radius - self.radius(ring)).abs() > NEAR * self.spacing {
+        if (at.radius - self.radius(ring)).abs() > NEAR * self.spacing {
+            return !is_side || (is_on_ray && self.has_ray_at(from, outward.perp()));
+        }
+        if !is_on_ray {
             return true;
         }
         let goes_out = along.dot(outward) > 0.0;
@@ -229,12 +233,18 @@ mod tests {
     #[test]
     fn rays_leave_rings_only_where_they_belong() {
         let leads = |radius, degrees: f64, heading: f64| {
-            RINGS.leads(on(radius, degrees), Angle::degrees(degrees + heading).unit())
+            RINGS.leads(on(radius, degrees), Angle::degrees(degrees + heading).unit(), false)
         };
         assert!(leads(60.0, 45.0, 0.0) && leads(60.0, 45.0, 90.0) && !leads(60.0, 45.0, 180.0));
         // Ring 1 has 8 rays within it and 8 beyond, 16 points; ring 2 has 16 rays beyond it.
         assert_eq!((RINGS.rays_beyond(0), RINGS.rays_beyond(1), RINGS.rays_beyond(2)), (8.0, 8.0, 16.0));
         assert!(!leads(160.0, 22.5, 0.0) && leads(160.0, 22.5, 90.0));
         assert!(leads(260.0, 22.5, 0.0) && !leads(260.0, 22.5, 180.0));
+        // Between rings a street goes on, and is left by rays alone, where these belong.
+        let side = |degrees: f64, heading: f64| {
+            RINGS.leads(on(210.0, degrees), Angle::degrees(degrees + heading).unit(), true)
+        };
+        assert!(leads(210.0, 40.0, 0.0) && leads(210.0, 40.0, 90.0));
+        assert!(side(45.0, 0.0) && side(45.0, 180.0) && !side(45.0, 90.0) && !side(22.5, 0.0));
     }
 }
