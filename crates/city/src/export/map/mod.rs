@@ -150,8 +150,7 @@ mod tests {
         let marks = vec![mark(50.0, "own.rhai:4"), mark(-1e6, "far.rhai:1")];
         let text = svg_of(&small_city(), &MapOptions { marks, ..MapOptions::default() });
         let document = resvg::usvg::roxmltree::Document::parse(&text).unwrap();
-        let last =
-            document.root_element().children().filter(|node| node.attribute("id").is_some()).next_back().unwrap();
+        let last = document.root_element().children().rfind(|node| node.attribute("id").is_some()).unwrap();
         assert_eq!(last.attribute("id"), Some("marks"));
         for words in ["own.rhai:4", "far.rhai:1"] {
             assert!(last.descendants().any(|node| node.text() == Some(words)), "{words}");
