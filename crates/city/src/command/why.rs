@@ -3,7 +3,7 @@
 use super::{Failure, Status, WhyArguments};
 use city::export::{LayoutFile, REPORT, read_layout};
 use city::why::{Kind, explain, find};
-use city::{BuiltFrom, Cancel, Settings, Silent, Sources, build, load};
+use city::{BuiltFrom, Cancel, LoadError, Settings, Silent, Sources, build, load};
 use std::path::{Path, PathBuf};
 
 /// Derives the city of a layout once more, and says why something of it is there.
@@ -43,7 +43,11 @@ fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Fai
     };
     let told = told.unwrap_or_default();
     let rules: Option<PathBuf> = arguments.rules.clone().or_else(|| told.rules.as_ref().map(from_report));
-    let mut loaded = load(&city, rules.as_deref()).map_err(super::build::unreadable)?;
+    let mut loaded = load(&city, rules.as_deref()).map_err(|error| match error {
+        // That a report names a city that is gone is no fault of the command line.
+        LoadError::Missing { .. } => failed(&error),
+        other => super::build::unreadable(other),
+    })?;
     let set = if arguments.set.is_empty() { &told.set } else { &arguments.set };
     for assignment in set {
         loaded.set(assignment).map_err(|error| {
