@@ -78,22 +78,26 @@ pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites
         }
     }
     if all {
-        let first = faults.len().min(1);
-        let mut others = faults.split_off(first);
+        let mut others = faults.split_off(faults.len().min(1));
         others.extend(miscounted_calls(&ast, &source.path, &words).into_iter().map(measured));
         others.extend(in_rules(&ast, source, around).into_iter().map(measured));
-        others.sort_by(|a, b| (&a.file, a.line, a.column).cmp(&(&b.file, b.line, b.column)));
-        for other in others {
-            let is_told = |known: &Fault| {
-                (&known.file, known.line, known.column) == (&other.file, other.line, other.column)
-                    && (known.severity == other.severity || other.line > 0)
-            };
-            if !faults.iter().any(is_told) {
-                faults.push(other);
-            }
-        }
+        add_others(&mut faults, others);
     }
     Checked { evaluated, faults }
+}
+
+/// Adds faults by file and place. One place is told once; of whole files, each thing that is wrong.
+fn add_others(faults: &mut Vec<Fault>, mut others: Vec<Fault>) {
+    others.sort_by(|a, b| (&a.file, a.line, a.column).cmp(&(&b.file, b.line, b.column)));
+    for other in others {
+        let is_told = |known: &Fault| {
+            (&known.file, known.line, known.column) == (&other.file, other.line, other.column)
+                && (other.line > 0 || known.message == other.message)
+        };
+        if !faults.iter().any(is_told) {
+            faults.push(other);
+        }
+    }
 }
 
 fn run(
