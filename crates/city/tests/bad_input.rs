@@ -48,6 +48,7 @@ impl Place {
         check(&output, status, words);
         let written = fs::read_dir(self.path("out")).map_or(0, |entries| entries.count());
         assert_eq!(written > 0, status <= 1, "{written} files after status {status}");
+        assert_eq!(self.path("out").exists(), status <= 1, "a folder after status {status}");
     }
 }
 

@@ -16,7 +16,12 @@ use std::path::PathBuf;
 /// Builds a city and writes it.
 pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
     let bars = Bars::new(arguments.quiet || arguments.json);
+    let is_new = !arguments.out.exists();
     let outcome = build_and_write(arguments, &bars);
+    if outcome.is_err() && is_new {
+        // The folder was made to find out whether it can be; it is empty, or it stays.
+        let _ = std::fs::remove_dir(&arguments.out);
+    }
     bars.clear();
     outcome.map(|(report, written, texts)| tell(arguments, &report, &written, &texts))
 }
