@@ -1,7 +1,7 @@
 //! What can be found wrong in rules and city scripts without building.
 
-use crate::load::{LoadError, RuleFolder, load};
-use script::{Fault, Host, Library, Source, Texts};
+use crate::load::{LoadError, RuleFolder, load, read_script};
+use script::{Fault, Host, Library, RuleKind, Source, Texts};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,9 +17,6 @@ pub struct Checked {
     /// The texts of the files.
     pub texts: Texts,
 }
-
-/// Folders of a rule library, by what their rules decide.
-const KINDS: [&str; 6] = ["streets", "goals", "constraints", "parcels", "selection", "buildings"];
 
 /// Checks a rule, a city script with the rules it names and the maps it reads, or all scripts below a folder.
 ///
@@ -122,9 +119,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>, depth: usize) {
 }
 
 fn read(path: &Path) -> Result<String, LoadError> {
-    let text = fs::read_to_string(path);
-    let text = text.map_err(|error| LoadError::Unreadable { path: path.to_path_buf(), message: error.to_string() })?;
-    Ok(text.trim_start_matches('\u{feff}').to_owned())
+    read_script(path).map_err(|error| LoadError::Unreadable { path: path.to_path_buf(), message: error.to_string() })
 }
 
 /// Whether a script is a city's rather than a rule.
@@ -135,7 +130,7 @@ fn is_city(path: &Path, text: &str) -> bool {
 /// The folder that a rule's imports are looked up in: above `streets/` and its like, else the rule's own.
 fn root_of(rule: &Path) -> PathBuf {
     let folder = rule.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let is_kind = folder.file_name().is_some_and(|name| KINDS.iter().any(|kind| name == *kind));
+    let is_kind = folder.file_name().is_some_and(|name| RuleKind::folders().iter().any(|kind| name == *kind));
     match folder.parent().filter(|_| is_kind) {
         Some(root) if !root.as_os_str().is_empty() => root.to_path_buf(),
         Some(_) => PathBuf::from("."),

@@ -8,7 +8,7 @@ use crate::sources::{
 };
 use geom::{Bounds, Point, Raster, Vec2};
 use script::{
-    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, SiteInfo, SiteRequest, Sites, Source,
+    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, RuleKind, SiteInfo, SiteRequest, Sites, Source,
     StreetImport, StreetUnits, Texts,
 };
 use std::collections::BTreeMap;
@@ -118,7 +118,7 @@ pub struct ImportFile {
 /// [`LoadError`] when there is no script, or it fails.
 pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
     let script = if city.is_dir() { city.join("city.rhai") } else { city.to_path_buf() };
-    let text = fs::read_to_string(&script).map_err(|error| missing(city, &script, &error))?;
+    let text = read_script(&script).map_err(|error| missing(city, &script, &error))?;
     let folder = match script.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => PathBuf::from("."),
@@ -126,8 +126,6 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
     let own: Arc<dyn Library> = Arc::new(RuleFolder(folder.clone()));
     let given = rules.map(rule_folder).transpose()?;
     let host = Host::new(std::iter::once(own).chain(given).collect());
-    // Editors on Windows put a mark in front that Rhai does not know.
-    let text = text.trim_start_matches('\u{feff}').to_owned();
     let source = Source { text, path: script.display().to_string() };
     let checked = host.check_city(&source, Arc::new(MapFolders(folder.clone())));
     let texts = host.texts().clone();
@@ -144,6 +142,11 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
         doubts: checked.faults,
         texts,
     })
+}
+
+/// The text of a script. Editors on Windows put a mark in front that Rhai does not know.
+pub(crate) fn read_script(path: &Path) -> std::io::Result<String> {
+    fs::read_to_string(path).map(|text| text.trim_start_matches('\u{feff}').to_owned())
 }
 
 fn missing(city: &Path, script: &Path, error: &std::io::Error) -> LoadError {
@@ -422,11 +425,8 @@ pub(crate) struct RuleFolder(pub PathBuf);
 impl Library for RuleFolder {
     fn read(&self, name: &str) -> Option<Result<Source, String>> {
         let path = self.0.join(name);
-        match fs::read_to_string(&path) {
-            Ok(text) => {
-                let text = text.trim_start_matches('\u{feff}').to_owned();
-                Some(Ok(Source { text, path: path.display().to_string() }))
-            }
+        match read_script(&path) {
+            Ok(text) => Some(Ok(Source { text, path: path.display().to_string() })),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
             Err(error) => Some(Err(format!("{}: {error}", path.display()))),
         }
@@ -438,7 +438,7 @@ impl Library for RuleFolder {
 
     fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
-        for kind in ["streets", "goals", "constraints", "parcels", "selection", "buildings"] {
+        for kind in RuleKind::folders() {
             let Ok(entries) = fs::read_dir(self.0.join(kind)) else { continue };
             let files = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
             names.extend(files.filter(|file| file.ends_with(".rhai")).map(|file| format!("{kind}/{file}")));

@@ -33,7 +33,7 @@ pub struct Report {
     /// What rules printed, by rule and text.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prints: Vec<Print>,
-    /// What went wrong in rules, each kind once with a count.
+    /// What went wrong in rules, and what is surely a mistake there, each kind once with a count.
     pub faults: Vec<FaultReport>,
 }
 

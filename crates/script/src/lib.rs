@@ -74,8 +74,7 @@ impl Host {
     /// What is wrong with a rule, found without calling it: all of it, in the order of the text, with what is doubtful as
     /// warnings. A file without any function of a rule is one that others import.
     pub fn check_rule(&self, name: &str, source: &Source) -> Vec<Fault> {
-        let faults = Rule::examine(name, source, &self.around).map_or_else(|faults| faults, |rule| rule.doubts());
-        faults.into_iter().filter(|fault| !rule::is_of_helper(fault)).collect()
+        Rule::examine(name, source, &self.around).map_or_else(|faults| faults, |rule| rule.doubts())
     }
 
     /// Runs a city script, and finds what is wrong in it and in all rules that it names.

@@ -41,6 +41,30 @@ impl RuleKind {
     pub const ALL: [Self; 6] =
         [Self::Streets, Self::Goals, Self::Constraints, Self::Constrain, Self::Parcels, Self::Buildings];
 
+    /// What it is called where a kind is asked for.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Streets => "streets",
+            Self::Goals => "goals",
+            Self::Constraints => "constraints",
+            Self::Constrain => "constrain",
+            Self::Parcels => "parcels",
+            Self::Buildings => "buildings",
+        }
+    }
+
+    /// The folder of a library that such rules stand in.
+    pub fn folder(self) -> &'static str {
+        if self == Self::Constrain { Self::Constraints.name() } else { self.name() }
+    }
+
+    /// All folders of a library, each once.
+    pub fn folders() -> Vec<&'static str> {
+        let mut folders: Vec<_> = Self::ALL.map(Self::folder).into();
+        folders.dedup();
+        folders
+    }
+
     /// The function that makes a file a rule of this kind.
     pub fn function(self) -> &'static str {
         match self {
@@ -108,10 +132,20 @@ impl fmt::Debug for Rule {
 impl Rule {
     /// Loads a rule: reads its parameters, and finds what is wrong without calling it.
     pub(crate) fn load(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Fault> {
-        Self::examine(name, source, around).map_err(|mut faults| faults.swap_remove(0))
+        Self::examine(name, source, around).map_err(|mut faults| faults.swap_remove(0))?.deciding()
     }
 
-    /// The same with everything that is found; at least one fault, in the order of the text.
+    /// The same, unless it has no function of a rule: others may import such a file, but nothing can ask it.
+    pub(crate) fn deciding(self) -> Result<Self, Fault> {
+        if !self.kinds().is_empty() {
+            return Ok(self);
+        }
+        let forms = RuleKind::ALL.map(RuleKind::form).join(", ");
+        Err(decides_nothing(self.path(), format!("a rule has one of the functions {forms}")))
+    }
+
+    /// Loads any script of a library, a rule or not, with everything that is wrong: at least one fault, in the order of
+    /// the text.
     pub(crate) fn examine(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Vec<Fault>> {
         around.texts.keep(source);
         let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
@@ -410,7 +444,7 @@ fn early_fault(engine: &Engine, source: &Source, around: &Surroundings, error: E
     of_error(error, &diagnosis)
 }
 
-/// What the functions of a file make it.
+/// What the functions of a file make it; nothing where none comes near to that of a rule.
 fn kinds_of(ast: &AST, source: &Source) -> Result<Vec<RuleKind>, Fault> {
     let functions: Vec<(&str, usize)> = ast.iter_functions().map(|f| (f.name, f.params.len())).collect();
     let has = |kind: &RuleKind| functions.contains(&(kind.function(), kind.arguments().len()));
@@ -421,25 +455,17 @@ fn kinds_of(ast: &AST, source: &Source) -> Result<Vec<RuleKind>, Fault> {
     if let Some(fault) = miscounted(ast, source, &functions) {
         return Err(fault);
     }
-    let forms: Vec<String> = RuleKind::ALL.iter().map(|kind| kind.form()).collect();
     let near = functions.iter().find_map(|(name, _)| {
         let kind = RuleKind::ALL.into_iter().find(|kind| kind.function() == *name);
         let near = nearest(name, RuleKind::ALL.map(RuleKind::function));
         kind.or_else(|| RuleKind::ALL.into_iter().find(|kind| Some(kind.function()) == near))
     });
-    let help = match near {
-        Some(kind) => format!("did you mean `fn {}`?", kind.form()),
-        None => format!("{ONE_OF} {}", forms.join(", ")),
-    };
-    Err(Fault::new(&source.path, "this file decides nothing").with_hint(Some(help)))
+    let meant = |kind: RuleKind| decides_nothing(&source.path, format!("did you mean `fn {}`?", kind.form()));
+    near.map_or(Ok(kinds), |kind| Err(meant(kind)))
 }
 
-/// How the hint begins where no function comes near to that of a rule.
-const ONE_OF: &str = "a rule has one of the functions";
-
-/// Whether a fault only says that a file is no rule, and does not look like one that was meant to be.
-pub(crate) fn is_of_helper(fault: &Fault) -> bool {
-    fault.line == 0 && fault.hint.as_ref().is_some_and(|hint| hint.starts_with(ONE_OF))
+fn decides_nothing(path: &str, help: String) -> Fault {
+    Fault::new(path, "this file decides nothing").with_hint(Some(help))
 }
 
 /// What is wrong with a function that has a rule's name, but takes more or fewer arguments.

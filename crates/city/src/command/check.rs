@@ -13,11 +13,10 @@ pub fn run(arguments: &CheckArguments) -> Result<Status, Failure> {
         files += checked.files;
         found.extend(reports);
     }
-    let plural = if files == 1 { "" } else { "s" };
     if arguments.json {
         println!("{}", serde_json::json!({ "files": files, "faults": found }));
     } else {
-        println!("{files} file{plural}, {}", faults::summary(&found));
+        println!("{}, {}", faults::counted(files, "file"), faults::summary(&found));
     }
     Ok(faults::status(&found))
 }

@@ -1,25 +1,37 @@
 //! Faults of scripts as people read them: with the line they are in.
 
-use crate::command::Status;
+use super::Status;
 use city::FaultReport;
 use codespan_reporting::diagnostic::{Diagnostic, Label, Severity};
 use codespan_reporting::files::SimpleFiles;
 use codespan_reporting::term::termcolor::{ColorChoice, StandardStream};
 use codespan_reporting::term::{Config, Styles, StylesWriter, emit_into_string, emit_to_write_style};
 use script::Texts;
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 
-type Files = SimpleFiles<String, String>;
+/// The files of a report, each once: what lies in one file is shown in one piece.
+struct Files {
+    files: SimpleFiles<String, String>,
+    known: BTreeMap<String, usize>,
+}
+
+impl Files {
+    fn id(&mut self, name: &str, text: &str) -> usize {
+        let add = || self.files.add(name.to_owned(), visible(text));
+        *self.known.entry(name.to_owned()).or_insert_with(add)
+    }
+}
 
 /// Tells faults on standard error, in colour on a terminal.
 pub fn tell(faults: &[FaultReport], texts: &Texts) {
     let is_plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let has_colours = std::io::stderr().is_terminal() && !is_plain;
-    let mut files = Files::new();
+    let mut files = Files { files: SimpleFiles::new(), known: BTreeMap::new() };
     for fault in faults {
         let diagnostic = diagnostic(fault, texts, &mut files);
         if !has_colours {
-            eprint!("{}", emit_into_string(&Config::default(), &files, &diagnostic).unwrap_or_default());
+            eprint!("{}", emit_into_string(&Config::default(), &files.files, &diagnostic).unwrap_or_default());
             continue;
         }
         let stream = StandardStream::stderr(ColorChoice::Auto);
@@ -28,7 +40,7 @@ pub fn tell(faults: &[FaultReport], texts: &Texts) {
         let _ = emit_to_write_style(
             &mut StylesWriter::new(stream.lock(), &styles),
             &Config::default(),
-            &files,
+            &files.files,
             &diagnostic,
         );
     }
@@ -74,7 +86,7 @@ fn place(
     let bytes = |characters: u32| row.char_indices().nth(characters as usize).map_or(row.len(), |(at, _)| at);
     let from = column.saturating_sub(1);
     let range = start + bytes(from)..start + bytes(from + length.max(1));
-    Some((files.add(file.to_owned(), visible(&text)), range))
+    Some((files.id(file, &text), range))
 }
 
 /// A text without characters that a terminal would obey; as many bytes, so that places stay where they are.
@@ -91,11 +103,15 @@ fn visible(text: &str) -> String {
 /// One line that says how many there were.
 pub fn summary(faults: &[FaultReport]) -> String {
     let errors = faults.iter().filter(|fault| fault.is_error()).count();
-    let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     match faults.len() - errors {
-        0 => count(errors, "error"),
-        warnings => format!("{}, {}", count(errors, "error"), count(warnings, "warning")),
+        0 => counted(errors, "error"),
+        warnings => format!("{}, {}", counted(errors, "error"), counted(warnings, "warning")),
     }
+}
+
+/// `1 error`, `2 errors`.
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Whether any of them is an error, as a status.

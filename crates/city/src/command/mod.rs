@@ -16,6 +16,7 @@ use city::export::ColourBy;
 use city::measure::Window;
 use clap::{Parser, Subcommand};
 use failure::Failure;
+use script::RuleKind;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -134,8 +135,8 @@ enum NewThing {
     /// A rule, in the folder of its kind: streets/NAME.rhai.
     Rule {
         /// What it decides.
-        #[arg(value_enum)]
-        kind: new::NewRule,
+        #[arg(value_parser = new::kinds())]
+        kind: RuleKind,
         /// What it is called.
         name: String,
         /// The folder of a city, or of rules alone.

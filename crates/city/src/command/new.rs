@@ -1,64 +1,43 @@
 //! `plat new`: commented starts that work.
 
 use super::{Failure, NewArguments, NewThing, Status};
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use script::RuleKind;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What a new rule decides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NewRule {
-    /// How streets grow: propose(tip, p).
-    Streets,
-    /// Where streets want to be: goals(p).
-    Goals,
-    /// What every street keeps to: constraints(p).
-    Constraints,
-    /// Whether one street may be laid: constrain(segment, p).
-    Constrain,
-    /// How a block becomes parcels: subdivide(block, p).
-    Parcels,
-    /// What stands on a parcel: build(shape, p).
-    Buildings,
+/// Reads what a new rule decides.
+pub fn kinds() -> impl TypedValueParser<Value = RuleKind> {
+    let value = |kind: RuleKind| PossibleValue::new(kind.name()).help(kind.form());
+    let named = |name: String| RuleKind::ALL.into_iter().find(|kind| kind.name() == name);
+    PossibleValuesParser::new(RuleKind::ALL.map(value)).try_map(move |name| named(name).ok_or("no kind of rule"))
 }
 
-impl NewRule {
-    /// The folder that such rules stand in.
-    fn folder(self) -> &'static str {
-        match self {
-            Self::Streets => "streets",
-            Self::Goals => "goals",
-            Self::Constraints | Self::Constrain => "constraints",
-            Self::Parcels => "parcels",
-            Self::Buildings => "buildings",
-        }
+/// The start of a rule.
+fn start(kind: RuleKind) -> &'static str {
+    match kind {
+        RuleKind::Streets => include_str!("new/streets.rhai"),
+        RuleKind::Goals => include_str!("new/goals.rhai"),
+        RuleKind::Constraints => include_str!("new/constraints.rhai"),
+        RuleKind::Constrain => include_str!("new/constrain.rhai"),
+        RuleKind::Parcels => include_str!("new/parcels.rhai"),
+        RuleKind::Buildings => include_str!("new/buildings.rhai"),
     }
+}
 
-    fn start(self) -> &'static str {
-        match self {
-            Self::Streets => include_str!("new/streets.rhai"),
-            Self::Goals => include_str!("new/goals.rhai"),
-            Self::Constraints => include_str!("new/constraints.rhai"),
-            Self::Constrain => include_str!("new/constrain.rhai"),
-            Self::Parcels => include_str!("new/parcels.rhai"),
-            Self::Buildings => include_str!("new/buildings.rhai"),
+/// How a city script uses a rule.
+fn usage(kind: RuleKind, rule: &str) -> String {
+    let rule = format!("rule(\"{rule}\")");
+    match kind {
+        RuleKind::Streets => format!("minors: streets(#{{ pattern: {rule} }})"),
+        RuleKind::Goals => format!("minors: streets(#{{ pattern: …, goals: {rule} }})"),
+        RuleKind::Constraints => format!("minors: streets(#{{ pattern: …, constraints: {rule} }})"),
+        RuleKind::Constrain => {
+            format!("minors: streets(#{{ pattern: …, constraints: [rule(\"constraints/standard\"), {rule}] }})")
         }
-    }
-
-    /// How a city script uses it.
-    fn usage(self, rule: &str) -> String {
-        let rule = format!("rule(\"{rule}\")");
-        match self {
-            Self::Streets => format!("minors: streets(#{{ pattern: {rule} }})"),
-            Self::Goals => format!("minors: streets(#{{ pattern: …, goals: {rule} }})"),
-            Self::Constraints => format!("minors: streets(#{{ pattern: …, constraints: {rule} }})"),
-            Self::Constrain => {
-                format!("minors: streets(#{{ pattern: …, constraints: [rule(\"constraints/standard\"), {rule}] }})")
-            }
-            Self::Parcels => format!("parcels: {rule}"),
-            Self::Buildings => format!("buildings: {rule}"),
-        }
+        RuleKind::Parcels => format!("parcels: {rule}"),
+        RuleKind::Buildings => format!("buildings: {rule}"),
     }
 }
 
@@ -69,9 +48,9 @@ pub fn run(arguments: &NewArguments) -> Result<Status, Failure> {
             let name = checked(name)?;
             let rule = format!("{}/{name}", kind.folder());
             let path = below(folder, &format!("{rule}.rhai"));
-            write(&path, &kind.start().replace("NAME", name))?;
+            write(&path, &start(*kind).replace("NAME", name))?;
             println!("wrote {}", path.display());
-            println!("  in a city script: {}", kind.usage(&rule));
+            println!("  in a city script: {}", usage(*kind, &rule));
             println!("  what is wrong with it: plat check {}", path.display());
         }
         NewThing::City { name, folder } => {

@@ -131,10 +131,13 @@ fn in_rules(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
                 let fault = Fault::new(&source.path, complaint.message).with_hint(complaint.hint);
                 faults.push(Fault { line, column, ..fault });
             }
-            Ok(rule) if seen.insert(rule.path.clone()) => match Rule::examine(&name, &rule, around) {
-                Ok(rule) => faults.extend(rule.doubts()),
-                Err(found) => faults.extend(found),
-            },
+            Ok(source) if seen.insert(source.path.clone()) => {
+                let rule = Rule::examine(&name, &source, around);
+                match rule.and_then(|rule| rule.deciding().map_err(|fault| vec![fault])) {
+                    Ok(rule) => faults.extend(rule.doubts()),
+                    Err(found) => faults.extend(found),
+                }
+            }
             Ok(_) => {}
         }
     }
