@@ -1,6 +1,7 @@
 //! What can be found wrong in rules and city scripts without building.
 
 use crate::load::{LoadError, RuleFolder, load, read_script};
+use crate::testing::is_tests;
 use script::{Fault, Host, Library, RuleKind, Source, Texts};
 use std::collections::BTreeSet;
 use std::fs;
@@ -81,7 +82,7 @@ fn in_city(script: &Path, error: &LoadError) -> Fault {
 }
 
 /// The scripts to check with their texts, in the order of their paths.
-fn scripts_below(path: &Path) -> Result<Vec<(PathBuf, String)>, LoadError> {
+pub(crate) fn scripts_below(path: &Path) -> Result<Vec<(PathBuf, String)>, LoadError> {
     let missing = |message: String| LoadError::Missing {
         path: path.to_path_buf(),
         message,
@@ -123,12 +124,14 @@ fn read(path: &Path) -> Result<String, LoadError> {
 }
 
 /// Whether a script is a city's rather than a rule.
-fn is_city(path: &Path, text: &str) -> bool {
-    path.file_name().is_some_and(|name| name == "city.rhai") || text.lines().any(|line| line.starts_with("city("))
+pub(crate) fn is_city(path: &Path, text: &str) -> bool {
+    let is_named = path.file_name().is_some_and(|name| name == "city.rhai");
+    let tells = || text.lines().any(|line| line.starts_with("city("));
+    !is_tests(path) && (is_named || tells())
 }
 
 /// The folder that a rule's imports are looked up in: above `streets/` and its like, else the rule's own.
-fn root_of(rule: &Path) -> PathBuf {
+pub(crate) fn root_of(rule: &Path) -> PathBuf {
     let folder = rule.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let is_kind = folder.file_name().is_some_and(|name| RuleKind::folders().iter().any(|kind| name == *kind));
     match folder.parent().filter(|_| is_kind) {
@@ -139,7 +142,7 @@ fn root_of(rule: &Path) -> PathBuf {
 }
 
 /// What a city script would call it.
-fn name_of(rule: &Path) -> String {
+pub(crate) fn name_of(rule: &Path) -> String {
     let below = rule.strip_prefix(root_of(rule)).unwrap_or(rule);
     below.with_extension("").to_string_lossy().replace('\\', "/")
 }

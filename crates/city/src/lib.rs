@@ -14,6 +14,7 @@ pub mod report;
 pub mod site;
 pub mod sources;
 mod stages;
+pub mod testing;
 pub mod trace;
 pub mod validate;
 pub mod why;

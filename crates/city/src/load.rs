@@ -6,6 +6,7 @@ use crate::sources::{
     self, DistrictMap, Frame, GeoJsonFrame, ImportedStreet, KNOWN_MAPS, MapOptions, SourceError, class_width, file_key,
     flat_site, load_site_with, map_names, read_districts, read_geojson_streets, read_osm,
 };
+use crate::testing::is_tests;
 use geom::{Bounds, Point, Raster, Vec2};
 use script::{
     DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, RuleKind, SiteInfo, SiteRequest, Sites, Source,
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use streets::Classes;
+use streets::{Classes, Districts};
 
 /// Most land in km² on which the streets of one city may grow: ten times the largest cities, and more than memory holds.
 const MOST_KM2: f64 = 10_000.0;
@@ -180,7 +181,7 @@ impl Loaded {
         let plan = &self.plan;
         let from_maps = match (&plan.site.folder, plan.site.size) {
             (Some(folder), _) => Some(self.site_of_maps(folder)?),
-            (None, Some(size)) => Some(flat_site(size)?),
+            (None, Some(size)) => Some(self.drawn_site(size)?),
             (None, None) => None,
         };
         let frame = match &from_maps {
@@ -211,6 +212,16 @@ impl Loaded {
         let sources = Sources { name, plan, site: Arc::new(site), imports, warnings, doubts };
         self.check_size(&sources)?;
         Ok(sources)
+    }
+
+    /// A site of a size with the maps that the script draws.
+    fn drawn_site(&self, size: Vec2) -> Result<Site, SourceError> {
+        let mut site = flat_site(size)?;
+        site.maps.extend(self.plan.site.drawn.clone());
+        if let Some(drawn) = self.plan.site.drawn_districts.clone() {
+            site.districts = Arc::new(Districts::of_cells(drawn.names, drawn.cells));
+        }
+        Ok(site)
     }
 
     /// Refuses what no machine could hold, before it tries.
@@ -441,7 +452,11 @@ impl Library for RuleFolder {
         for kind in RuleKind::folders() {
             let Ok(entries) = fs::read_dir(self.0.join(kind)) else { continue };
             let files = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
-            names.extend(files.filter(|file| file.ends_with(".rhai")).map(|file| format!("{kind}/{file}")));
+            names.extend(
+                files
+                    .filter(|file| file.ends_with(".rhai") && !is_tests(Path::new(file)))
+                    .map(|file| format!("{kind}/{file}")),
+            );
         }
         names.sort();
         names
@@ -450,7 +465,7 @@ impl Library for RuleFolder {
 
 /// Folders of maps beside a city script.
 #[derive(Debug)]
-struct MapFolders(PathBuf);
+pub(crate) struct MapFolders(pub PathBuf);
 
 impl Sites for MapFolders {
     fn site(&self, request: &SiteRequest) -> Result<SiteInfo, String> {

@@ -126,6 +126,28 @@ pub struct CallReport {
     pub column: u32,
 }
 
+impl From<&FaultReport> for Fault {
+    fn from(report: &FaultReport) -> Self {
+        let severity = if report.is_error() { Severity::Error } else { Severity::Warning };
+        let call = |call: &CallReport| Call {
+            function: call.function.clone(),
+            file: call.file.clone(),
+            line: call.line,
+            column: call.column,
+        };
+        Self {
+            severity,
+            line: report.line,
+            column: report.column,
+            length: report.length,
+            calls: report.calls.iter().map(call).collect(),
+            place: report.place.map(geom::Vec2::from_array),
+            count: report.count,
+            ..Self::new(&report.file, &report.message).with_hint(report.hint.clone())
+        }
+    }
+}
+
 impl FaultReport {
     /// Whether it is more than a warning.
     pub fn is_error(&self) -> bool {

@@ -15,6 +15,7 @@ mod param;
 mod pattern;
 mod plan;
 mod rule;
+pub mod testing;
 mod words;
 
 pub use city::{Checked, Evaluated, SiteInfo, SiteRequest, Sites};
@@ -23,8 +24,8 @@ pub use host::{Embedded, Library, Source, Texts};
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
 pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{
-    DensityGoal, DistrictPlan, GivenLine, GoalPlan, Landmark, MapOptions, MapRef, NO_DISTRICT, Plan, QuarterPlan, Rim,
-    RoleParam, SitePlan, StreetImport, StreetPlan, StreetUnits, Within,
+    DensityGoal, DistrictPlan, DrawnDistricts, GivenLine, GoalPlan, Landmark, MapOptions, MapRef, NO_DISTRICT, Plan,
+    QuarterPlan, Rim, RoleParam, SitePlan, StreetImport, StreetPlan, StreetUnits, Within,
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{
@@ -35,6 +36,7 @@ pub use words::{
 use host::{Modules, Shelves};
 use rule::Surroundings;
 use std::sync::Arc;
+use testing::{Bench, Coverage, TestFile};
 
 /// Finds and loads scripts. Each file is read at most once per use; make a new host to read changed files.
 #[derive(Clone, Debug)]
@@ -45,9 +47,22 @@ pub struct Host {
 impl Host {
     /// A host that looks into the given libraries in order, then into the built-in one.
     pub fn new(libraries: Vec<Arc<dyn Library>>) -> Self {
-        let around =
-            Surroundings { shelves: Shelves::new(libraries), texts: Texts::default(), modules: Modules::default() };
-        Self { around }
+        Self {
+            around: Surroundings {
+                shelves: Shelves::new(libraries),
+                texts: Texts::default(),
+                modules: Modules::default(),
+                coverage: None,
+                rules: None,
+            },
+        }
+    }
+
+    /// The same, counting the branches of rules that are run.
+    #[must_use]
+    pub fn counting(mut self, coverage: &Coverage) -> Self {
+        self.around.coverage = Some(coverage.clone());
+        self
     }
 
     /// A rule by name, e.g. `streets/grid`, with its parameters at their defaults.
@@ -74,7 +89,23 @@ impl Host {
     /// What is wrong with a rule, found without calling it: all of it, in the order of the text, with what is doubtful as
     /// warnings. A file without any function of a rule is one that others import.
     pub fn check_rule(&self, name: &str, source: &Source) -> Vec<Fault> {
-        Rule::examine(name, source, &self.around).map_or_else(|faults| faults, |rule| rule.doubts())
+        let mut faults = Vec::new();
+        if !testing::is_beside(name) {
+            faults = Rule::examine(name, source, &self.around).map_or_else(|faults| faults, |rule| rule.doubts());
+        }
+        // What the whole text is no script for is told once.
+        if faults.iter().all(|fault| fault.severity == Severity::Warning) {
+            faults.extend(self.tests_of(name, source, Bench::bare()).err().unwrap_or_default());
+        }
+        faults
+    }
+
+    /// The tests of a file: a rule's own, or one beside it called `grid.test`. A rule may have none.
+    ///
+    /// # Errors
+    /// What is wrong in the file, found without running a test: at least one fault.
+    pub fn tests_of(&self, name: &str, source: &Source, bench: Bench) -> Result<TestFile, Vec<Fault>> {
+        TestFile::load(name, source, &self.around, bench)
     }
 
     /// Runs a city script, and finds what is wrong in it and in all rules that it names.

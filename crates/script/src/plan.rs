@@ -4,7 +4,7 @@ use crate::fault::{Fault, Faults};
 use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::pattern::PatternPlan;
 use crate::rule::{Rule, RuleKind};
-use geom::{Id, Point, Polygon, Vec2};
+use geom::{Cells, Id, Point, Polygon, Raster, Vec2};
 use layout::Use;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -27,6 +27,19 @@ pub struct SitePlan {
     pub size: Option<Vec2>,
     /// What the script says about maps that have no sidecar, or instead of it.
     pub maps: BTreeMap<String, MapOptions>,
+    /// Maps that the script draws itself, by name.
+    pub drawn: BTreeMap<String, Arc<Raster>>,
+    /// Districts that it draws itself.
+    pub drawn_districts: Option<DrawnDistricts>,
+}
+
+/// Districts that a script draws: cells labelled with positions in the list of names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnDistricts {
+    /// In alphabetical order.
+    pub names: Vec<String>,
+    /// The ground.
+    pub cells: Cells,
 }
 
 /// What a script says about a map: the fields of a sidecar; each stands above the sidecar's.

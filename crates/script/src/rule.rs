@@ -7,6 +7,7 @@ use crate::host::{
 };
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
+use crate::testing::{Coverage, is_test};
 use crate::words;
 use geom::Id;
 use rhai::{
@@ -106,6 +107,8 @@ struct RuleFile {
     kinds: Vec<RuleKind>,
     texts: Texts,
     notes: Notes,
+    /// Whether its branches are counted.
+    is_counted: bool,
     readings: BTreeSet<Reading>,
     vocabulary: Vocabulary,
 }
@@ -155,6 +158,7 @@ impl Rule {
         words::register(&mut engine);
         listen(&mut engine, notes.clone());
         let ast = compile(&engine, source, around).map_err(|fault| vec![fault])?;
+        let ast = counted(ast, &mut engine, source, around).map_err(|fault| vec![fault])?;
         let outcome = evaluate(&engine, &ast, source, around);
         let outcome = outcome.and_then(|state| Ok((state, kinds_of(&ast, source)?)));
         let params = declared.seal();
@@ -184,6 +188,7 @@ impl Rule {
             state,
             texts: around.texts.clone(),
             notes,
+            is_counted: around.coverage.is_some(),
             readings,
             vocabulary,
         };
@@ -295,6 +300,10 @@ impl Rule {
     /// The same with parameters that are the same everywhere written into it, for a function that is asked of each element.
     pub(crate) fn settled_entry(&self, kind: RuleKind) -> Entry {
         let (mut entry, params) = (self.entry(kind), self.params.ready());
+        if self.file.is_counted {
+            // Branches that are never run must not be settled away.
+            return entry;
+        }
         let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
         let value = |name: &str| params.everywhere(declared.iter().position(|other| *other == name)?);
         let evaluate = |expression: &Expr| {
@@ -397,6 +406,31 @@ pub(crate) struct Surroundings {
     pub shelves: Shelves,
     pub texts: Texts,
     pub modules: Modules,
+    /// Counts the branches that are run, where somebody asks.
+    pub coverage: Option<Coverage>,
+    /// Rules loaded so far, by name, where they may be shared: a test asks for the same rule again and again.
+    pub rules: Option<Arc<Mutex<BTreeMap<String, Rule>>>>,
+}
+
+impl Surroundings {
+    /// The same, sharing rules once they are loaded.
+    #[must_use]
+    pub fn sharing(&self) -> Self {
+        Self { rules: Some(Arc::default()), ..self.clone() }
+    }
+
+    /// A rule that was loaded before.
+    pub fn loaded(&self, name: &str) -> Option<Rule> {
+        self.rules.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned()
+    }
+
+    /// Keeps a rule for others, where they share.
+    pub fn keep(&self, name: &str, rule: Rule) -> Rule {
+        if let Some(rules) = &self.rules {
+            rules.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), rule.clone());
+        }
+        rule
+    }
 }
 
 /// Collects what scripts print.
@@ -418,7 +452,36 @@ fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AS
         .compile(&source.text)
         .map_err(|error| early_fault(engine, source, around, *Box::<EvalAltResult>::from(error)))?;
     ast.set_source(source.path.as_str());
+    leave_out_tests(&mut ast);
     Ok(ast)
+}
+
+/// The same with a call that counts in each branch, where coverage is asked for.
+fn counted(ast: AST, engine: &mut Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
+    let Some(coverage) = &around.coverage else { return Ok(ast) };
+    let text = coverage.counted(source, &ast, engine);
+    compile(engine, &Source { text, ..source.clone() }, around)
+}
+
+/// Takes the tests out of a rule, with the closures in them: they use words that rules do not have.
+fn leave_out_tests(ast: &mut AST) {
+    let order = |at: Position| (at.line(), at.position());
+    let body_of = |name: &str, arguments: usize| {
+        let body = &ast.shared_lib().get_script_fn(name, arguments)?.body;
+        Some((order(body.start_position()), order(body.end_position())))
+    };
+    let bodies = |wanted: fn(&str, usize) -> bool| {
+        let functions = ast.iter_functions().filter(move |function| wanted(function.name, function.params.len()));
+        functions.filter_map(|f| Some((f.name.to_owned(), body_of(f.name, f.params.len())?)))
+    };
+    let tests: Vec<_> = bodies(is_test).map(|(_, body)| body).collect();
+    if tests.is_empty() {
+        return;
+    }
+    let is_inside = |start: &_| tests.iter().any(|(from, to)| from <= start && start <= to);
+    let inner: BTreeSet<String> =
+        bodies(|_, _| true).filter(|(_, (start, _))| is_inside(start)).map(|(name, _)| name).collect();
+    ast.retain_functions(|_, _, name, arguments| !is_test(name, arguments) && !inner.contains(name));
 }
 
 /// Runs the top of the file once: parameters are declared, constants made, imports loaded.

@@ -8,6 +8,7 @@ mod faults;
 mod new;
 mod rules;
 mod stats;
+mod test;
 mod validate;
 mod why;
 
@@ -17,6 +18,7 @@ use city::measure::Window;
 use clap::{Parser, Subcommand};
 use failure::Failure;
 use script::RuleKind;
+use script::testing::Trial;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -44,6 +46,9 @@ enum Verb {
     Rules(RulesArguments),
     /// Writes the commented start of a rule or a city.
     New(NewArguments),
+    /// Runs the tests of rules: claims about single calls and small towns, and snapshots.
+    #[command(after_help = TEST_HELP)]
+    Test(TestArguments),
     /// Checks a layout.geojson against the validity contract.
     #[command(after_help = STATUSES)]
     Validate(ValidateArguments),
@@ -160,6 +165,43 @@ Exit status: 0 nothing is wrong (there may be warnings); 1 something is; 2 bad u
 const RULES_HELP: &str =
     "Exit status: 0 done; 1 a rule is broken (the others are listed); 2 bad usage, or no such rule.";
 
+/// Arguments of `plat test`.
+#[derive(clap::Args, Debug)]
+struct TestArguments {
+    /// Rules, files of tests, or folders with either below them.
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// Runs only tests that have this in their name.
+    #[arg(long, value_name = "NAME")]
+    only: Option<String>,
+    /// How many trials a random test is run for.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    trials: u32,
+    /// Runs random tests for this trial alone, as a failed one told it.
+    #[arg(long, value_name = "TRIAL")]
+    trial: Option<Trial>,
+    /// Takes over the snapshots as they are now, and removes those that no test takes.
+    #[arg(long)]
+    accept: bool,
+    /// Says which branches of the rules no test reaches.
+    #[arg(long)]
+    coverage: bool,
+    /// Looks rules up here after the file's own folder and before the library.
+    #[arg(long, value_name = "DIR")]
+    rules: Option<PathBuf>,
+    /// Threads to use. All processors when 0.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024), allow_negative_numbers = true)]
+    threads: u16,
+    /// Prints one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+const TEST_HELP: &str = "Tests are functions `fn test_…()` in grid.test.rhai beside grid.rhai, or in the rule itself. What a snapshot holds
+lies in snapshots/ beside them, with a map as SVG.
+
+Exit status: 0 all passed; 1 some failed, or a file has faults; 2 bad usage, or there are no tests; 3 input or output failed.";
+
 /// Arguments of `plat validate`.
 #[derive(clap::Args, Debug)]
 struct ValidateArguments {
@@ -263,6 +305,7 @@ pub fn run() -> ExitCode {
         Verb::Check(check) => (check::run(check), check.json),
         Verb::Rules(rules) => (rules::run(rules), rules.json),
         Verb::New(new) => (new::run(new), false),
+        Verb::Test(test) => (test::run(test), test.json),
         Verb::Validate(validate) => (validate::run(validate), validate.json),
         Verb::Stats(stats) => (stats::run(stats), stats.json),
         Verb::Why(why) => (why::run(why), why.json),

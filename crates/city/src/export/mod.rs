@@ -215,7 +215,7 @@ fn produce(
 }
 
 /// Temporary files are for their owner only; what we write is for everyone to read.
-fn make_readable(file: &NamedTempFile) -> io::Result<()> {
+pub(crate) fn make_readable(file: &NamedTempFile) -> io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

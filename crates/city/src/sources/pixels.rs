@@ -4,6 +4,7 @@ use super::error::SourceError;
 use super::maps::{Picture, map_names};
 use super::sidecar::Sidecar;
 use super::suggest;
+use geom::Raster;
 use std::path::Path;
 
 /// Grey steps above this one are inside a mask.
@@ -48,6 +49,23 @@ impl PixelMap {
             scale: sidecar.value.scale,
             offset: sidecar.value.offset,
         })
+    }
+
+    /// A map in memory, in as many grey steps as a picture has at most.
+    pub fn of_raster(raster: &Raster) -> Self {
+        let values = raster.values().iter().map(|&value| f64::from(value));
+        let (low, high) = values.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        let scale = ((high - low) / f64::from(u16::MAX)).max(f64::MIN_POSITIVE);
+        let pixels = values.map(|value| ((value - low) / scale).round() as u16).collect();
+        let (width, height) = raster.size();
+        Self { width, height, pixels, pixel_size: raster.pixel_size(), scale, offset: low }
+    }
+
+    /// A mask in memory: what is more than one half is inside.
+    pub fn of_mask(raster: &Raster) -> Self {
+        let pixels = raster.values().iter().map(|&value| if value > 0.5 { 255 } else { 0 }).collect();
+        let (width, height) = raster.size();
+        Self { width, height, pixels, pixel_size: raster.pixel_size(), scale: 1.0, offset: 0.0 }
     }
 
     /// Columns and rows.

@@ -35,7 +35,7 @@ const KEYS: &[&str] = &[
 ];
 
 /// The plan of a city script.
-pub(super) fn plan(map: Map) -> Result<Plan, Complaint> {
+pub(crate) fn plan(map: Map) -> Result<Plan, Complaint> {
     let mut options = Options::new("city", map, KEYS)?;
     let mut rules = |key: &str, kind: RuleKind| {
         options.take(key).map_or(Ok(Default::default()), |value| rules_of(value, key, kind))

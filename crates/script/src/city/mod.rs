@@ -2,13 +2,18 @@
 
 mod build;
 mod districts;
+mod drawn;
 mod landmarks;
 mod mix;
 mod site;
 mod streets;
 mod within;
 
+pub(crate) use build::plan as plan_of;
+pub(crate) use drawn::drawn_map;
+pub(crate) use site::SiteHandle;
 pub use site::{SiteInfo, SiteRequest, Sites};
+pub(crate) use streets::streets as street_plan;
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
 use crate::host::{Limits, Resolver, Source, Vocabulary, engine, miscounted_calls, named_rules, unknown_words};
@@ -162,14 +167,7 @@ fn fault_of(error: EvalAltResult, source: &Source, around: &Surroundings, words:
 }
 
 fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, desk: &Desk) {
-    site::register(engine, sites);
-    districts::register(engine);
-    streets::register(engine);
-    landmarks::register(engine);
-    within::register(engine);
-    crate::param::register_values(engine);
-    mix::register(engine);
-    rules(engine, around.clone());
+    register_words(engine, around.clone(), sites);
     let plan = desk.plan.clone();
     FuncRegistration::new("city")
         .with_params_info(["#{ site, districts, seed, majors, minors, parcels, buildings, … }"])
@@ -184,6 +182,18 @@ fn register(engine: &mut Engine, around: &Surroundings, sites: Arc<dyn Sites>, d
             Ok(())
         });
     listen(engine, desk.printed.clone());
+}
+
+/// The words of city scripts, but for `city` itself.
+pub(crate) fn register_words(engine: &mut Engine, around: Surroundings, sites: Arc<dyn Sites>) {
+    site::register(engine, sites);
+    districts::register(engine);
+    streets::register(engine);
+    landmarks::register(engine);
+    within::register(engine);
+    crate::param::register_values(engine);
+    mix::register(engine);
+    rules(engine, around);
 }
 
 fn listen(engine: &mut Engine, printed: Arc<Mutex<Vec<String>>>) {
@@ -205,15 +215,23 @@ fn rules(engine: &mut Engine, around: Surroundings) {
     FuncRegistration::new("rule")
         .with_params_info(["name"])
         .with_comments(["/// A rule of the city's folder or the library, by name."])
-        .register_into_engine(engine, move |name: &str| rule(name, Map::new(), &plain));
+        .register_into_engine(engine, move |name: &str| Ok::<_, Refusal>(rule_named(name, Map::new(), &plain)?));
     FuncRegistration::new("rule")
         .with_params_info(["name", "#{ parameter: value }"])
-        .register_into_engine(engine, move |name: &str, values: Map| rule(name, values, &around));
+        .register_into_engine(engine, move |name: &str, values: Map| {
+            Ok::<_, Refusal>(rule_named(name, values, &around)?)
+        });
 }
 
-fn rule(name: &str, values: Map, around: &Surroundings) -> Result<Rule, Refusal> {
-    let source = around.shelves.read(name).map_err(missing_rule)?;
-    let loaded = Rule::load(name, &source, around).map_err(Complaint::of)?;
+/// A rule by its name, with values of parameters.
+pub(crate) fn rule_named(name: &str, values: Map, around: &Surroundings) -> Result<Rule, Complaint> {
+    let loaded = match around.loaded(name) {
+        Some(rule) => rule,
+        None => {
+            let source = around.shelves.read(name).map_err(missing_rule)?;
+            around.keep(name, Rule::load(name, &source, around).map_err(Complaint::of)?)
+        }
+    };
     let params = values.iter().try_fold(loaded.params().clone(), |params, (name, value)| with(params, name, value))?;
     Ok(loaded.with(params))
 }

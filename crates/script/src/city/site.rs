@@ -1,12 +1,13 @@
 //! `site("maps")` and its maps.
 
+use super::drawn::drawn_site;
 use crate::fault::{Complaint, Refusal};
 use crate::host::{is_inside, kind_of};
 use crate::names::hint;
 use crate::plan::{MapOptions, MapRef, SitePlan};
 use crate::words::options::Options;
 use geom::Vec2;
-use rhai::{Dynamic, Engine, FuncRegistration, Map};
+use rhai::{Dynamic, Engine, FuncRegistration, Map, NativeCallContext};
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -36,12 +37,17 @@ pub trait Sites: Send + Sync + Debug {
 
 /// What a script holds of a site.
 #[derive(Clone, Debug)]
-pub(super) struct SiteHandle {
+pub(crate) struct SiteHandle {
     plan: Arc<Mutex<SitePlan>>,
     info: Arc<SiteInfo>,
 }
 
 impl SiteHandle {
+    /// A site as told, with what its folder holds.
+    pub fn new(plan: SitePlan, info: SiteInfo) -> Self {
+        Self { plan: Arc::new(Mutex::new(plan)), info: Arc::new(info) }
+    }
+
     fn lock(&self) -> MutexGuard<'_, SitePlan> {
         self.plan.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -81,9 +87,11 @@ pub(super) fn register(engine: &mut Engine, sites: Arc<dyn Sites>) {
         .with_comments(["/// The same, with the size in metres for maps without sidecars."])
         .register_into_engine(engine, move |folder: &str, options: Map| folder_site(&*sites, folder, options));
     FuncRegistration::new("site")
-        .with_params_info(["#{ size: [width, height] }"])
-        .with_comments(["/// A flat site without maps, so many metres wide and high."])
-        .register_into_engine(engine, |options: Map| flat_site(options));
+        .with_params_info(["#{ size: [width, height], name: |x, y| … }"])
+        .with_comments([
+            "/// A site so many metres wide and high, flat and empty but for the maps that functions of a place draw.",
+        ])
+        .register_into_engine(engine, |context: NativeCallContext, options: Map| drawn_site(&context, options));
     FuncRegistration::new("map")
         .with_params_info(["this", "name"])
         .with_comments(["/// A map of the site by its file name, with or without .png."])
@@ -115,16 +123,7 @@ fn folder_site(sites: &dyn Sites, folder: &str, options: Map) -> Result<SiteHand
     let request = SiteRequest { folder: folder.to_owned(), size };
     let help = "maps lie in a folder beside the script; a site without any is site(#{ size: [3000, 2000] })";
     let info = sites.site(&request).map_err(|message| Complaint::new(message).hint(help))?;
-    let plan = SitePlan { folder: Some(request.folder), size, ..SitePlan::default() };
-    Ok(SiteHandle { plan: Arc::new(Mutex::new(plan)), info: Arc::new(info) })
-}
-
-fn flat_site(options: Map) -> Result<SiteHandle, Refusal> {
-    let size = Options::new("site", options, &["size"])?.size("size")?;
-    let size =
-        size.ok_or_else(|| Complaint::new("a site without maps needs a size").hint("site(#{ size: [3000, 2000] })"))?;
-    let plan = SitePlan { size: Some(size), ..SitePlan::default() };
-    Ok(SiteHandle { plan: Arc::new(Mutex::new(plan)), info: Arc::new(SiteInfo { size: Some(size), maps: Vec::new() }) })
+    Ok(SiteHandle::new(SitePlan { folder: Some(request.folder), size, ..SitePlan::default() }, info))
 }
 
 fn map_options(options: Map) -> Result<MapOptions, Complaint> {

@@ -166,7 +166,8 @@ const RESEED: (f64, f64) = (10.0, 100_000.0);
 /// Longest dead end or loose network that may be asked to go, metres.
 const LONGEST_NEEDLESS: f64 = 100_000.0;
 
-fn streets(options: Map) -> Result<StreetPlan, Complaint> {
+/// `streets(#{ … })`.
+pub(crate) fn streets(options: Map) -> Result<StreetPlan, Complaint> {
     let mut options = Options::new("streets", options, STREETS)?;
     let pattern = options.need("pattern")?;
     let plan = StreetPlan {

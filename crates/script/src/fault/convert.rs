@@ -199,6 +199,10 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
         ParseErrorType::ModuleUndefined(name) => {
             Complaint::new(format!("no module is imported as `{name}`")).hint(format!("import \"…\" as {name};"))
         }
+        ParseErrorType::Reserved(symbol) if symbol != "eval" && symbol.chars().all(char::is_alphabetic) => {
+            let help = format!("take another name; as a key of a map it stands in quotes: \"{symbol}\"");
+            Complaint::new(format!("`{symbol}` is a word that the language keeps for itself")).hint(help)
+        }
         ParseErrorType::Reserved(symbol) if symbol.starts_with("**") => powers_are_a_function(),
         ParseErrorType::PropertyExpected => Complaint::new("expecting the name of a property")
             .hint("keywords are no names: city(#{ … }) takes `imported`, not `import`"),

@@ -15,15 +15,20 @@ pub(crate) struct Limits {
     pub operations: u64,
     /// Elements of a list, all nested ones counted.
     pub elements: usize,
+    /// Entries of a map, all nested ones counted.
+    pub entries: usize,
     /// Characters of a text.
     pub characters: usize,
 }
 
 impl Limits {
     /// For a rule: it is called a million times.
-    pub const RULE: Self = Self { operations: 100_000, elements: 1_000, characters: 10_000 };
+    pub const RULE: Self = Self { operations: 100_000, elements: 1_000, entries: 1_000, characters: 10_000 };
     /// For a city script: it runs once, and may list streets point by point.
-    pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, characters: 100_000 };
+    pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, entries: 1_000, characters: 100_000 };
+    /// For a test: it looks through all streets and parcels of a town.
+    pub const TEST: Self =
+        Self { operations: 20_000_000, elements: 1_000_000, entries: 1_000_000, characters: 1_000_000 };
 }
 
 /// Calls inside calls.
@@ -55,7 +60,7 @@ pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
         .set_fail_on_invalid_map_property(true)
         .set_max_operations(limits.operations)
         .set_max_array_size(limits.elements)
-        .set_max_map_size(1_000)
+        .set_max_map_size(limits.entries)
         .set_max_string_size(limits.characters)
         .set_max_call_levels(CALL_LEVELS)
         .set_max_expr_depths(EXPRESSION_DEPTH, EXPRESSION_DEPTH)

@@ -100,6 +100,12 @@ impl Options {
         value.map(|value| seed(&value)).transpose()
     }
 
+    /// A place in metres, `[x, y]`.
+    pub fn place(&mut self, key: &str) -> Result<Option<Vec2>, Complaint> {
+        let value = self.take(key);
+        value.map(|value| pair(value).map_err(|c| c.key(key))).transpose()
+    }
+
     /// Two lengths in metres, `[width, height]`.
     pub fn size(&mut self, key: &str) -> Result<Option<Vec2>, Complaint> {
         let value = self.take(key);

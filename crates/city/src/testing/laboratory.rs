@@ -1,0 +1,50 @@
+//! Towns for tests, built like any city.
+
+use super::town::GrownTown;
+use crate::build::{Settings, build};
+use crate::{BuildError, Cancel, LoadError, Loaded, Silent};
+use script::testing::{Laboratory, Town, TownError};
+use script::{Plan, Texts};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Builds towns from plans; files that a plan names lie in a folder.
+#[derive(Debug)]
+pub(super) struct CityLaboratory {
+    pub folder: PathBuf,
+}
+
+impl Laboratory for CityLaboratory {
+    fn build(&self, plan: Plan) -> Result<Arc<dyn Town>, TownError> {
+        let loaded = Loaded {
+            name: "town".into(),
+            folder: self.folder.clone(),
+            script: self.folder.join("test"),
+            plan,
+            printed: Vec::new(),
+            doubts: Vec::new(),
+            texts: Texts::default(),
+        };
+        let sources = loaded.read().map_err(|error| match error {
+            LoadError::Value { error, .. } => TownError { message: error.message, hint: error.hint },
+            other => told(&other.to_string()),
+        })?;
+        // Tests run side by side: one of them has one thread.
+        let settings = Settings { threads: 1, ..Settings::default() };
+        let built = build(&sources, settings, &Silent, &Cancel::default()).map_err(|error| match error {
+            BuildError::Nothing { reason, hint, .. } => {
+                TownError { message: format!("there is no town: {reason}"), hint: Some(hint) }
+            }
+            other => told(&other.to_string()),
+        })?;
+        Ok(Arc::new(GrownTown::new(built)))
+    }
+}
+
+/// A message with its hint on a line of its own.
+fn told(text: &str) -> TownError {
+    match text.split_once("\n  hint: ") {
+        Some((message, hint)) => TownError { message: message.into(), hint: Some(hint.into()) },
+        None => TownError { message: text.into(), hint: None },
+    }
+}

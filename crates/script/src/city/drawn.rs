@@ -1,0 +1,122 @@
+//! `site(#{ size: [3000, 2000], density: |x, y| … })`: sites whose maps a script draws by functions of a place.
+
+use super::site::{SiteHandle, SiteInfo};
+use crate::fault::{Complaint, Refusal};
+use crate::host::{is_inside, kind_of, numeric};
+use crate::plan::{DrawnDistricts, SitePlan};
+use crate::words::options::Options;
+use geom::{Cells, Raster, Vec2};
+use rhai::{Dynamic, FnPtr, Map, NativeCallContext};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// Cells along the longer side of a drawn map, at most; none is smaller than [`LEAST_CELL`].
+const MOST_CELLS: f64 = 128.0;
+/// Smallest cell, metres.
+const LEAST_CELL: f64 = 5.0;
+/// The name that tells districts rather than a map.
+const DISTRICTS: &str = "districts";
+
+/// A site of a size, with maps drawn.
+pub(super) fn drawn_site(context: &NativeCallContext, mut options: Map) -> Result<SiteHandle, Refusal> {
+    let size = options.remove("size").map(|size| Map::from([("size".into(), size)]));
+    let size = size.map(|size| Options::new("site", size, &["size"])?.size("size")).transpose()?.flatten();
+    let size =
+        size.ok_or_else(|| Complaint::new("a site without maps needs a size").hint("site(#{ size: [3000, 2000] })"))?;
+    let grid = Grid::of(size);
+    let mut plan = SitePlan { size: Some(size), ..SitePlan::default() };
+    for (name, value) in options {
+        if name == DISTRICTS {
+            plan.drawn_districts = Some(grid.districts(context, &value)?);
+        } else if is_inside(&name) && !name.contains('/') {
+            let map = grid.map(context, &name, &value)?;
+            plan.drawn.insert(name.into(), Arc::new(map));
+        } else {
+            let help = "a map is called by letters, digits and _";
+            return Err(Complaint::new(format!("`{name}` cannot be the name of a map")).hint(help).into());
+        }
+    }
+    let maps = plan.drawn.keys().cloned().collect();
+    Ok(SiteHandle::new(plan, SiteInfo { size: Some(size), maps }))
+}
+
+/// A map that a function of a place in metres draws.
+pub(crate) fn drawn_map(size: Vec2, at: impl Fn(Vec2) -> f64) -> Raster {
+    let grid = Grid::of(size);
+    let values = grid.places().map(|place| at(place) as f32).collect();
+    Raster::new(grid.columns, grid.rows, grid.cell, Vec2::ZERO, values).expect("finite values, one for each cell")
+}
+
+/// The cells of drawn maps. Rows from the north, as in images.
+struct Grid {
+    columns: usize,
+    rows: usize,
+    cell: f64,
+}
+
+impl Grid {
+    fn of(size: Vec2) -> Self {
+        let cell = (size.max_element() / MOST_CELLS).max(LEAST_CELL);
+        // The size of a site is checked when it is read; until then it may be anything.
+        let count = |metres: f64| (metres / cell).ceil().clamp(1.0, MOST_CELLS + 1.0) as usize;
+        Self { columns: count(size.x), rows: count(size.y), cell }
+    }
+
+    /// The middle of each cell in metres, row by row from the north.
+    fn places(&self) -> impl Iterator<Item = Vec2> {
+        let at = |column: usize, row: usize| Vec2::new(column as f64 + 0.5, row as f64 + 0.5) * self.cell;
+        (0..self.rows).rev().flat_map(move |row| (0..self.columns).map(move |column| at(column, row)))
+    }
+
+    /// What a function says of the middle of each cell, row by row.
+    fn ask<T>(
+        &self,
+        context: &NativeCallContext,
+        name: &str,
+        value: &Dynamic,
+        read: impl Fn(Dynamic) -> Result<T, Complaint>,
+    ) -> Result<Vec<T>, Refusal> {
+        let keyed = |told: Result<T, Complaint>| told.map_err(|wrong| Refusal::from(wrong.key(name)));
+        let Some(function) = value.read_lock::<FnPtr>().map(|function| function.clone()) else {
+            return self.places().map(|_| keyed(read(value.clone()))).collect();
+        };
+        let ask = |place: Vec2| keyed(read(function.call_within_context::<Dynamic>(context, (place.x, place.y))?));
+        self.places().map(ask).collect()
+    }
+
+    fn map(&self, context: &NativeCallContext, name: &str, value: &Dynamic) -> Result<Raster, Refusal> {
+        let values = self.ask(context, name, value, |value| number(name, &value))?;
+        let raster = Raster::new(self.columns, self.rows, self.cell, Vec2::ZERO, values);
+        Ok(raster.map_err(|error| Complaint::new(error.to_string()).key(name))?)
+    }
+
+    fn districts(&self, context: &NativeCallContext, value: &Dynamic) -> Result<DrawnDistricts, Refusal> {
+        let text = |value: Dynamic| {
+            let given = kind_of(&value);
+            let wrong = |_| Complaint::new(format!("a district is told by its name, not by {given}"));
+            value
+                .into_string()
+                .map_err(|kind| wrong(kind).hint("districts: |x, y| if x < 500 { \"old town\" } else { \"\" }"))
+        };
+        let told = self.ask(context, DISTRICTS, value, text)?;
+        let names: BTreeSet<&String> = told.iter().filter(|name| !name.is_empty()).collect();
+        let positions: BTreeMap<&String, u16> =
+            names.iter().zip(0..).map(|(name, position)| (*name, position)).collect();
+        let label = |column: usize, row: usize| positions.get(&told[row * self.columns + column]).copied();
+        let cells = Cells::new(self.columns, self.rows, self.cell, Vec2::ZERO, label);
+        let cells = cells.ok_or_else(|| Complaint::new("the site is too large for districts").key("size"))?;
+        Ok(DrawnDistricts { names: names.into_iter().cloned().collect(), cells })
+    }
+}
+
+/// A value of a map: true is 1.
+fn number(name: &str, value: &Dynamic) -> Result<f32, Complaint> {
+    if let Ok(is_so) = value.as_bool() {
+        return Ok(if is_so { 1.0 } else { 0.0 });
+    }
+    if value.is_string() || value.is_map() || value.is_array() || value.is_unit() {
+        let message = format!("the map `{name}` is drawn by numbers, not by {}", kind_of(value));
+        return Err(Complaint::new(message).hint(format!("{name}: |x, y| 100 * x, or a number for all ground")));
+    }
+    Ok(numeric(&format!("the map `{name}`"), value)? as f32)
+}

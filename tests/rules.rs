@@ -1,0 +1,168 @@
+//! The tests of the rule library: those that `plat test rules` runs, with insta for their snapshots; and whether they would
+//! notice a changed number.
+
+use city::testing::{Ran, Settings, Suite};
+use geom::Seed;
+use script::{Host, Library, Source};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+fn rules() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../rules")
+}
+
+/// All files with tests of their own.
+fn test_files() -> Vec<PathBuf> {
+    let entries = |folder: &Path| -> Vec<PathBuf> {
+        let mut all: Vec<PathBuf> =
+            fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()).collect();
+        all.sort();
+        all
+    };
+    let folders = entries(&rules()).into_iter().filter(|path| path.is_dir());
+    folders.flat_map(|folder| entries(&folder)).filter(|path| path.to_string_lossy().ends_with(".test.rhai")).collect()
+}
+
+fn told(ran: &Ran) -> String {
+    let fault = ran.fault.as_ref().map(ToString::to_string).unwrap_or_default();
+    let trial = ran.trial.as_ref().map(|trial| format!(" for the trial \"{trial}\"")).unwrap_or_default();
+    format!("{}: {}{trial}\n{fault}", ran.rule, ran.test)
+}
+
+#[test]
+fn the_tests_of_the_library_pass() {
+    let settings = Settings::default();
+    let suite = Suite::find(&[rules()], &settings).expect("the library can be read");
+    assert!(suite.faults.is_empty(), "{:?}", suite.faults);
+    let ran = suite.run(&settings).expect("threads");
+    for ran in &ran {
+        assert!(ran.fault.is_none(), "{}", told(ran));
+        for compared in &ran.snapshots {
+            let (folder, name) =
+                (compared.path.parent().expect("a folder"), compared.path.file_stem().expect("a name"));
+            insta::with_settings!({ snapshot_path => folder, prepend_module_to_snapshot => false, omit_expression => true }, {
+                insta::assert_snapshot!(name.to_string_lossy().into_owned(), compared.snapshot.text);
+            });
+        }
+    }
+    assert_eq!(suite.stale(&ran), Vec::<PathBuf>::new(), "no test takes these snapshots");
+}
+
+#[test]
+fn every_rule_has_tests() {
+    let tested: Vec<String> = test_files().iter().map(|path| name_of(path)).collect();
+    let all = Host::new(vec![]).names();
+    let missing: Vec<&String> = all.iter().filter(|name| !tested.contains(name)).collect();
+    assert!(missing.is_empty(), "without tests: {missing:?}");
+}
+
+/// `streets/grid` for `…/streets/grid.test.rhai`.
+fn name_of(tests: &Path) -> String {
+    let below = tests.strip_prefix(rules()).expect("in the library").to_string_lossy().replace('\\', "/");
+    below.trim_end_matches(".test.rhai").to_owned()
+}
+
+/// A rule with another text; all others are the library's own.
+#[derive(Debug)]
+struct Changed {
+    name: String,
+    text: String,
+}
+
+impl Library for Changed {
+    fn read(&self, name: &str) -> Option<Result<Source, String>> {
+        let is_it = name.strip_suffix(".rhai") == Some(&self.name);
+        is_it.then(|| Ok(Source { text: self.text.clone(), path: format!("rules/{name}") }))
+    }
+
+    fn place(&self) -> String {
+        "a changed rule".into()
+    }
+
+    fn names(&self) -> Vec<String> {
+        vec![format!("{}.rhai", self.name)]
+    }
+}
+
+/// The numbers of a script: where each stands. Texts and comments have none.
+fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
+    let bytes = text.as_bytes();
+    let (mut found, mut at) = (Vec::new(), 0);
+    while at < bytes.len() {
+        let rest = &text[at..];
+        if rest.starts_with("//") {
+            at += rest.find('\n').unwrap_or(rest.len());
+        } else if bytes[at] == b'"' {
+            at += 2 + rest[1..].find('"').expect("the text ends");
+        } else if bytes[at].is_ascii_alphabetic() || bytes[at] == b'_' {
+            at += rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
+        } else if bytes[at].is_ascii_digit() {
+            let whole = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+            let is_share =
+                rest[whole..].strip_prefix('.').is_some_and(|tail| tail.starts_with(|c: char| c.is_ascii_digit()));
+            let tail = if is_share { &rest[whole + 1..] } else { "" };
+            let length =
+                whole + if is_share { 1 + tail.find(|c: char| !c.is_ascii_digit()).unwrap_or(tail.len()) } else { 0 };
+            found.push(at..at + length);
+            at += length;
+        } else {
+            at += rest.chars().next().map_or(1, char::len_utf8);
+        }
+    }
+    found
+}
+
+/// Another number of the same kind: a quarter more, or one more where that is the same.
+fn another(number: &str) -> String {
+    match number.parse::<u64>() {
+        Ok(0) => "1".into(),
+        Ok(whole) => (whole + (whole / 4).max(1)).to_string(),
+        Err(_) => {
+            let value: f64 = number.parse().expect("a number");
+            if value == 0.0 { "0.5".into() } else { format!("{:?}", value * 1.25) }
+        }
+    }
+}
+
+/// Whether the tests of a rule notice another text of it, and say in which rule and what.
+fn is_noticed(tests: &Path, text: String) -> bool {
+    let name = name_of(tests);
+    let host = Host::new(vec![Arc::new(Changed { name: name.clone(), text }) as Arc<dyn Library>]);
+    let mut suite = Suite::default();
+    suite.add_script(&host, tests.to_path_buf(), fs::read_to_string(tests).expect("tests"));
+    assert!(suite.faults.is_empty(), "{:?}", suite.faults);
+    let ran = suite.run(&Settings { trials: 3, ..Settings::default() }).expect("threads");
+    let failed: Vec<&Ran> = ran.iter().filter(|ran| !ran.has_passed()).collect();
+    for ran in &failed {
+        assert!(ran.rule == name && (ran.fault.is_some() || !ran.snapshots.is_empty()), "{ran:?} says nothing");
+    }
+    !failed.is_empty()
+}
+
+/// `PLAT_MUTANTS=all cargo test -p suite --test rules` changes every number of every rule; else a few of each are changed.
+#[test]
+fn a_changed_number_is_noticed() {
+    let is_all = std::env::var("PLAT_MUTANTS").is_ok_and(|value| value == "all");
+    let only = std::env::var("PLAT_MUTANTS_OF").ok();
+    let (mut tried, mut missed) = (0, Vec::new());
+    for tests in test_files() {
+        let name = name_of(&tests);
+        if only.as_ref().is_some_and(|only| *only != name) {
+            continue;
+        }
+        let text = fs::read_to_string(rules().join(format!("{name}.rhai"))).expect("the rule");
+        let numbers = numbers(&text);
+        let chosen = |n: usize| is_all || Seed(n as u64).purpose(&name).unit(0) < 2.0 / numbers.len() as f64;
+        for (n, place) in numbers.iter().enumerate().filter(|(n, _)| chosen(*n)) {
+            let changed = format!("{}{}{}", &text[..place.start], another(&text[place.clone()]), &text[place.end..]);
+            tried += 1;
+            if !is_noticed(&tests, changed) {
+                let line = text[..place.start].lines().count();
+                missed.push(format!("{name}.rhai:{line}: number {n}, {}", &text[place.clone()]));
+            }
+        }
+    }
+    println!("{tried} numbers changed, {} not noticed:\n{}", missed.len(), missed.join("\n"));
+    assert!(missed.len() * 20 <= tried, "{tried} numbers changed, not noticed:\n{}", missed.join("\n"));
+}
