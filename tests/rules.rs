@@ -49,6 +49,40 @@ fn the_tests_of_the_library_pass() {
     assert_eq!(suite.stale(&ran), Vec::<PathBuf>::new(), "no test takes these snapshots");
 }
 
+/// The code blocks of the manual with a given head.
+fn snippets(head: &str) -> Vec<String> {
+    let manual = include_str!("../rules/README.md");
+    let blocks = manual.split("```").skip(1).step_by(2);
+    blocks.filter_map(|block| block.strip_prefix(&format!("{head}\n")).map(str::to_owned)).collect()
+}
+
+/// Runs the tests in a script, whose rules a library knows besides.
+fn assert_passes(path: PathBuf, text: String, libraries: Vec<Arc<dyn Library>>) {
+    let mut suite = Suite::default();
+    suite.add_script(&Host::new(libraries), path, text);
+    assert!(suite.faults.is_empty() && !suite.is_empty(), "{:?}", suite.faults);
+    for ran in suite.run(&Settings::default()).expect("threads") {
+        assert!(ran.has_passed(), "{}", told(&ran));
+    }
+}
+
+#[test]
+fn the_tests_of_the_manual_pass() {
+    let of_files = snippets("rhai test");
+    assert_eq!(of_files.len(), 2);
+    for text in of_files {
+        let tested = text.lines().next().and_then(|line| line.strip_prefix("//! Tests of ")).expect("a headline");
+        let path = rules().join(format!("{}.test.rhai", tested.trim_end_matches('.')));
+        assert_passes(path, text, Vec::new());
+    }
+    let of_rules: Vec<String> = snippets("rhai").into_iter().filter(|text| text.contains("fn test_")).collect();
+    assert_eq!(of_rules.len(), 1);
+    for text in of_rules {
+        let library: Arc<dyn Library> = Arc::new(Changed { name: "mine".into(), text: text.clone() });
+        assert_passes(PathBuf::from("mine.rhai"), text, vec![library]);
+    }
+}
+
 #[test]
 fn every_rule_has_tests() {
     let tested: Vec<String> = test_files().iter().map(|path| name_of(path)).collect();

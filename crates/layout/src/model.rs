@@ -3,6 +3,7 @@
 use geom::polygon::ring_edges;
 use geom::{Id, Point, Polygon};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use streets::StreetId;
 
 /// How a straight piece of right-of-way ends.
@@ -114,4 +115,6 @@ pub struct Parcel {
     pub sides: Vec<Option<u16>>,
     /// What it is for.
     pub usage: Use,
+    /// Words that rules put on it, in alphabetical order.
+    pub tags: Vec<Arc<str>>,
 }

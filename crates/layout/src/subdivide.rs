@@ -79,7 +79,7 @@ fn parcel(map: &LandMap, region: &Region, settings: &RecursiveSettings, face: u3
     sides.rotate_left(least);
     let usage = if may_be_built(settings, measure, &polygon) { Use::Built } else { Use::Open };
     let access = fronted.into_iter().map(|(street, length)| (map.streets[usize::from(street)], length)).collect();
-    Parcel { id: map.faces[face as usize].path, block: region.block, polygon, access, sides, usage }
+    Parcel { id: map.faces[face as usize].path, block: region.block, polygon, access, sides, usage, tags: Vec::new() }
 }
 
 fn may_be_built(settings: &RecursiveSettings, measure: &Measure, polygon: &geom::Polygon) -> bool {

@@ -29,8 +29,8 @@ pub use plan::{
 };
 pub use rule::{Rule, RuleKind};
 pub use words::{
-    BareGround, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, Ground, ParcelChoice, ParcelPattern,
-    ShapeContext, StreetPattern, StreetSide,
+    AssignPattern, Assigned, BareGround, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, Ground,
+    ParcelChoice, ParcelPattern, ShapeContext, StreetPattern, StreetSide,
 };
 
 use host::{Modules, Shelves};

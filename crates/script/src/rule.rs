@@ -33,14 +33,16 @@ pub enum RuleKind {
     Constrain,
     /// `subdivide(block, p)`: how a block becomes parcels.
     Parcels,
+    /// `assign(parcel, p)`: what a parcel is for. A rule with `subdivide` may have it, too.
+    Assign,
     /// `build(shape, p)`: what stands on a parcel.
     Buildings,
 }
 
 impl RuleKind {
     /// All kinds.
-    pub const ALL: [Self; 6] =
-        [Self::Streets, Self::Goals, Self::Constraints, Self::Constrain, Self::Parcels, Self::Buildings];
+    pub const ALL: [Self; 7] =
+        [Self::Streets, Self::Goals, Self::Constraints, Self::Constrain, Self::Parcels, Self::Assign, Self::Buildings];
 
     /// What it is called where a kind is asked for.
     pub fn name(self) -> &'static str {
@@ -50,13 +52,18 @@ impl RuleKind {
             Self::Constraints => "constraints",
             Self::Constrain => "constrain",
             Self::Parcels => "parcels",
+            Self::Assign => "assign",
             Self::Buildings => "buildings",
         }
     }
 
     /// The folder of a library that such rules stand in.
     pub fn folder(self) -> &'static str {
-        if self == Self::Constrain { Self::Constraints.name() } else { self.name() }
+        match self {
+            Self::Constrain => Self::Constraints.name(),
+            Self::Assign => Self::Parcels.name(),
+            kind => kind.name(),
+        }
     }
 
     /// All folders of a library, each once.
@@ -74,6 +81,7 @@ impl RuleKind {
             Self::Constraints => "constraints",
             Self::Constrain => "constrain",
             Self::Parcels => "subdivide",
+            Self::Assign => "assign",
             Self::Buildings => "build",
         }
     }
@@ -85,6 +93,7 @@ impl RuleKind {
             Self::Goals | Self::Constraints => &["p"],
             Self::Constrain => &["segment", "p"],
             Self::Parcels => &["block", "p"],
+            Self::Assign => &["parcel", "p"],
             Self::Buildings => &["shape", "p"],
         }
     }

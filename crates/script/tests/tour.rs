@@ -4,8 +4,8 @@ mod common;
 
 use common::{Folders, city, rule, tip};
 use script::{
-    BlockContext, BuildingPattern, ConstraintPattern, Faults, Host, ParcelPattern, Rule, RuleKind, ShapeContext,
-    Source, StreetPattern,
+    AssignPattern, BlockContext, BuildingPattern, ConstraintPattern, Faults, Host, ParcelPattern, Rule, RuleKind,
+    ShapeContext, Source, StreetPattern,
 };
 use std::sync::Arc;
 use streets::Classes;
@@ -29,6 +29,7 @@ fn ask(rule: &Rule) {
             RuleKind::Buildings => ask_buildings(rule, &faults),
             RuleKind::Goals | RuleKind::Constraints => ask_once(rule, *kind),
             RuleKind::Constrain => ask_segments(rule, &faults),
+            RuleKind::Assign => ask_assign(rule, &faults),
         }
     }
     assert!(faults.is_empty(), "{}: {:?}", rule.name(), faults.sorted());
@@ -49,6 +50,13 @@ fn ask_parcels(rule: &Rule, faults: &Arc<Faults>) {
     let pattern = ParcelPattern::new(rule.clone(), faults.clone());
     for area in [10.0, 1000.0, 20_000.0] {
         pattern.choose(BlockContext { density: 5000.0, ..BlockContext::bare(area, geom::Seed(area as u64)) });
+    }
+}
+
+fn ask_assign(rule: &Rule, faults: &Arc<Faults>) {
+    let pattern = AssignPattern::new(rule.clone(), faults.clone());
+    for area in [10.0, 300.0, 5000.0] {
+        pattern.assign(ShapeContext::bare(area, geom::Seed(area as u64)));
     }
 }
 
@@ -93,7 +101,7 @@ fn text_of(rule: &Rule) -> String {
 #[test]
 fn rules_of_the_tour_run() {
     let snippets = snippets("rhai");
-    assert_eq!(snippets.len(), 10, "a snippet of the tour is not run");
+    assert_eq!(snippets.len(), 11, "a snippet of the tour is not run");
     for text in snippets {
         let rule = rule(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
         assert!(!rule.about().is_empty());
@@ -104,7 +112,7 @@ fn rules_of_the_tour_run() {
 #[test]
 fn cities_of_the_tour_run() {
     let snippets = snippets("rhai city");
-    assert_eq!(snippets.len(), 6);
+    assert_eq!(snippets.len(), 7);
     for text in snippets {
         let plan = city(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}")).plan;
         assert!(plan.minors.is_some());

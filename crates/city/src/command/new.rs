@@ -22,6 +22,7 @@ fn start(kind: RuleKind) -> &'static str {
         RuleKind::Constraints => include_str!("new/constraints.rhai"),
         RuleKind::Constrain => include_str!("new/constrain.rhai"),
         RuleKind::Parcels => include_str!("new/parcels.rhai"),
+        RuleKind::Assign => include_str!("new/assign.rhai"),
         RuleKind::Buildings => include_str!("new/buildings.rhai"),
     }
 }
@@ -36,7 +37,7 @@ fn usage(kind: RuleKind, rule: &str) -> String {
         RuleKind::Constrain => {
             format!("minors: streets(#{{ pattern: …, constraints: [rule(\"constraints/standard\"), {rule}] }})")
         }
-        RuleKind::Parcels => format!("parcels: {rule}"),
+        RuleKind::Parcels | RuleKind::Assign => format!("parcels: {rule}"),
         RuleKind::Buildings => format!("buildings: {rule}"),
     }
 }

@@ -164,11 +164,10 @@ impl<W: Write> Features<W> {
             self.field("landmark", &landmark.id)?;
         }
         // An inner parcel lies behind others: no access is asked of it.
-        if parcel.is_inner() {
-            self.out.write_all(b",\"tags\":{\"inner\":true}")?;
-        } else {
-            self.no_tags()?;
-        }
+        let own = parcel.is_inner().then_some("inner");
+        let tags: BTreeMap<&str, bool> =
+            own.into_iter().chain(parcel.tags.iter().map(|tag| &**tag)).map(|tag| (tag, true)).collect();
+        self.field("tags", &tags)?;
         self.polygon(&parcel.polygon)
     }
 
@@ -210,7 +209,7 @@ impl<W: Write> Features<W> {
         value.map_or(Ok(()), |value| self.field(name, value))
     }
 
-    /// Tags of their own are what rules put on streets and parcels; none so far.
+    /// What rules put on streets; nothing so far.
     fn no_tags(&mut self) -> io::Result<()> {
         self.out.write_all(b",\"tags\":{}")
     }

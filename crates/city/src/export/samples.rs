@@ -151,7 +151,15 @@ impl Maker {
             let building = Building { id: building, parcel: id, footprint, height, ground: (low, high), origin: 1 };
             self.city.buildings.push(building);
         }
-        self.city.parcels.push(Parcel { id, block, sides: vec![None; polygon.outer.len()], polygon, access, usage });
+        self.city.parcels.push(Parcel {
+            id,
+            block,
+            sides: vec![None; polygon.outer.len()],
+            polygon,
+            access,
+            usage,
+            tags: Vec::new(),
+        });
     }
 }
 

@@ -1,13 +1,13 @@
 //! Land: blocks from faces, parcels from blocks, each block by itself.
 
 use super::ground::CityGround;
-use super::{ByPlace, Context, landmarks};
+use super::{ByPlace, Context, landmarks, shape};
 use crate::{BuildError, Landmark, Site, Stage, Until};
 use geom::polygon::min_area_box;
 use geom::{Id, Point, Polygon, Seed, Vec2};
 use layout::{Block, BlockSource, Parcel, Region, Use, buildable, longest_side, part_grounds, recursive};
 use rayon::prelude::*;
-use script::{BlockContext, ParcelChoice, ParcelPattern};
+use script::{AssignPattern, BlockContext, ParcelChoice, ParcelPattern, RuleKind};
 use std::sync::Arc;
 use streets::StreetGraph;
 use streets::faces::Faces;
@@ -53,7 +53,13 @@ pub(crate) fn derive(
     if until == Until::Streets {
         return Ok(land);
     }
-    let patterns = ByPlace::of(context, "parcels", |rule| ParcelPattern::new(rule, context.faults.clone()));
+    let patterns = ByPlace::of(context, "parcels", |rule| Patterns {
+        assign: rule
+            .kinds()
+            .contains(&RuleKind::Assign)
+            .then(|| AssignPattern::new(rule.clone(), context.faults.clone())),
+        parcels: ParcelPattern::new(rule, context.faults.clone()),
+    });
     context.progress.begin(Stage::Parcels, land.blocks.len() as u64);
     let grounds = landmarks::grounds(plan);
     let divided: Vec<Divided> = land
@@ -100,7 +106,7 @@ struct Divided {
 fn divide(
     context: &Context,
     ground: &Arc<CityGround>,
-    patterns: &ByPlace<ParcelPattern>,
+    patterns: &ByPlace<Patterns>,
     grounds: &[Polygon],
     block: &Block,
 ) -> Divided {
@@ -123,7 +129,8 @@ fn divide(
                 continue;
             }
         }
-        match choose(context, ground, patterns.at(block.quarter, &district_of(context, region)), region, seed) {
+        let (patterns, first) = (patterns.at(block.quarter, &district_of(context, region)), parcels.len());
+        match choose(context, ground, patterns.map(|patterns| &patterns.parcels), region, seed) {
             ParcelChoice::Recursive(settings) => {
                 match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
                     Ok(division) => {
@@ -137,8 +144,35 @@ fn divide(
             ParcelChoice::Whole => parcels.push(whole(region, ordinal, Use::Built)),
             ParcelChoice::Open => parcels.push(whole(region, ordinal, Use::Open)),
         }
+        if let Some(pattern) = patterns.and_then(|patterns| patterns.assign.as_ref()) {
+            parcels[first..].iter_mut().for_each(|parcel| assign(context, ground, pattern, block.quarter, parcel));
+        }
     }
     Divided { parcels, landmarks: land.kept.iter().map(keep).collect(), trimmed }
+}
+
+/// What the rules of a place decide about blocks.
+struct Patterns {
+    parcels: ParcelPattern,
+    /// What parcels are for, where the rule says so.
+    assign: Option<AssignPattern>,
+}
+
+/// Asks a rule what a parcel that may be built on is for.
+fn assign(
+    context: &Context,
+    ground: &Arc<CityGround>,
+    pattern: &AssignPattern,
+    quarter: Option<Id>,
+    parcel: &mut Parcel,
+) {
+    if parcel.usage != Use::Built {
+        return;
+    }
+    let seed = context.seed(quarter).purpose("assign").of(parcel.id);
+    let told = pattern.assign(shape::of_parcel(context, ground, parcel, seed));
+    parcel.usage = told.usage.unwrap_or(parcel.usage);
+    parcel.tags = told.tags;
 }
 
 /// What a landmark keeps of a block: it stays what it is meant for, even behind others.
@@ -219,5 +253,5 @@ fn whole(region: &Region, ordinal: usize, usage: Use) -> Parcel {
     let index = |street| access.iter().position(|(known, _)| *known == street).map(|index| index as u16);
     let sides = region.frontage.first().map(|ring| ring.iter().map(|street| street.and_then(index)).collect());
     let sides = sides.unwrap_or_default();
-    Parcel { id, block: region.block, polygon: region.polygon.clone(), access, sides, usage }
+    Parcel { id, block: region.block, polygon: region.polygon.clone(), access, sides, usage, tags: Vec::new() }
 }

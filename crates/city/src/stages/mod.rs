@@ -5,6 +5,7 @@ pub(crate) mod ground;
 pub(crate) mod land;
 pub(crate) mod landmarks;
 pub(crate) mod patterns;
+pub(crate) mod shape;
 pub(crate) mod streets;
 
 use crate::progress::{Cancel, Progress};

@@ -74,12 +74,15 @@ pub fn explain_parcel(found: &Found, evidence: &Evidence, answer: &mut Answer) {
     for (street, metres) in &parcel.access {
         answer.tell("fronts", format!("street {street} for {metres:.1} m"));
     }
+    if !parcel.tags.is_empty() {
+        answer.tell("tags", parcel.tags.join(", "));
+    }
     match parcel.usage {
         layout::Use::Built => {}
         _ if landmark.is_some() => answer.tell("why", "the landmark says what it is for"),
         layout::Use::Park => answer.tell("why", "most of its block is park on the map `parks`"),
         _ if parcel.access.is_empty() => answer.tell("why", "it fronts no street, so nothing can be built on it"),
-        _ => answer.tell("why", "the rule leaves it open, it is too small or thin, or most of it is water"),
+        _ => answer.tell("why", "the rule says so, it is too small or thin, or most of it is water"),
     }
     let quarter = city.blocks.iter().find(|block| block.id == parcel.block).and_then(|block| block.quarter);
     ground::tell_rules(answer, evidence.sources, "parcels", quarter);

@@ -6,14 +6,14 @@ use super::place::Place;
 use crate::city::rule_named;
 use crate::fault::{Complaint, Faults, Refusal};
 use crate::rule::{Rule, RuleKind, Surroundings};
-use crate::words::options::{Options, word};
+use crate::words::options::{Options, text, word};
 use crate::words::{
-    BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, ParcelChoice, ParcelPattern, ShapeContext,
-    StreetPattern, StreetSide,
+    AssignPattern, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, ParcelChoice, ParcelPattern,
+    ShapeContext, StreetPattern, StreetSide,
 };
 use buildings::{Envelope, Setbacks};
 use geom::{Angle, Point, Seed, Vec2};
-use layout::{Inner, RecursiveSettings, Squared};
+use layout::{Inner, RecursiveSettings, Squared, Use};
 use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
 use std::sync::Arc;
 use streets::growth::{Chain, Constrain, Draft, GrowthRules, Home, Own, Slot, Steer, Step, Tip};
@@ -32,10 +32,11 @@ pub(super) fn register(engine: &mut Engine, desk: &Desk, around: &Surroundings, 
         .with_params_info(["#{ parameter: value }"])
         .with_comments(["/// The same, with values of its parameters."])
         .register_into_engine(engine, move |values: Map| Ok::<_, Refusal>(rule_named(&name, values, &own)?));
-    let asked: [(RuleKind, &str, &str, Ask); 4] = [
+    let asked: [(RuleKind, &str, &str, Ask); 5] = [
         (RuleKind::Streets, "#{ at, heading, age, is_seed, on, … }", "What the end of a street would do next", propose),
         (RuleKind::Constrain, "#{ from, to, class, on, … }", "What is said of a street that is proposed", constrain),
         (RuleKind::Parcels, "#{ area, width, streets, on, … }", "How a block would be divided", subdivide),
+        (RuleKind::Assign, "#{ area, width, streets, on, … }", "What a parcel would be for", assign),
         (RuleKind::Buildings, "#{ area, width, streets, on, … }", "What would stand on a parcel", build),
     ];
     for (kind, form, about, ask) in asked {
@@ -303,7 +304,7 @@ fn recursive(settings: RecursiveSettings) -> Map {
     map
 }
 
-const SHAPE: [&str; 12] = [
+const SHAPE: [&str; 13] = [
     "area",
     "width",
     "depth",
@@ -312,21 +313,22 @@ const SHAPE: [&str; 12] = [
     "max_height",
     "district",
     "landmark",
+    "tags",
     "streets",
     "distances",
     "at",
     "seed",
 ];
 
-fn build(rule: &Rule, mut options: Map) -> Result<Dynamic, Complaint> {
-    let place = Place::of(options.remove("on"))?;
+/// A parcel as options tell it.
+fn shape(place: &Place, options: Map) -> Result<ShapeContext, Complaint> {
     let mut options = Options::new("a parcel", options, &SHAPE)?;
     let at = options.place("at")?.unwrap_or(place.middle());
     let area = options.within("area", 0.0, 1e9, " m²")?;
     let (width, depth) = (options.number("width")?, options.number("depth")?);
     let area = area.unwrap_or(width.unwrap_or(20.0) * depth.unwrap_or(25.0));
     let width = width.unwrap_or_else(|| depth.map_or(area.sqrt(), |depth| area / depth));
-    let shape = ShapeContext {
+    Ok(ShapeContext {
         extent: Vec2::new(width, depth.unwrap_or(area / width)),
         is_corner: options.flag("is_corner")?.unwrap_or(false),
         streets: sides(&mut options)?,
@@ -335,15 +337,40 @@ fn build(rule: &Rule, mut options: Map) -> Result<Dynamic, Complaint> {
         place: at,
         district: options.text("district")?.unwrap_or(place.district(at)),
         landmark: options.text("landmark")?.unwrap_or_default(),
+        tags: options
+            .list("tags")?
+            .into_iter()
+            .map(|tag| Ok(text(tag, "tags")?.into()))
+            .collect::<Result<_, Complaint>>()?,
         ground: place.ground(options.map("distances")?)?,
         ..ShapeContext::bare(area, seed_of(&mut options)?)
-    };
+    })
+}
+
+fn build(rule: &Rule, mut options: Map) -> Result<Dynamic, Complaint> {
+    let place = Place::of(options.remove("on"))?;
+    let shape = shape(&place, options)?;
     let faults = Arc::new(Faults::default());
     let choice = BuildingPattern::new(place.settled(rule)?, faults.clone()).choose(shape);
     Ok(match asked(&faults, choice)? {
         BuildingChoice::None => Map::from([("height".into(), Dynamic::from(0.0))]).into(),
         BuildingChoice::Extrude(envelope) => envelope_map(envelope).into(),
     })
+}
+
+fn assign(rule: &Rule, mut options: Map) -> Result<Dynamic, Complaint> {
+    let place = Place::of(options.remove("on"))?;
+    let shape = shape(&place, options)?;
+    let faults = Arc::new(Faults::default());
+    let told = asked(&faults, AssignPattern::new(place.settled(rule)?, faults.clone()).assign(shape))?;
+    let usage = match told.usage {
+        None | Some(Use::Built) => "built",
+        Some(Use::Open) => "open",
+        Some(Use::Park) => "park",
+        Some(Use::Plaza) => "plaza",
+    };
+    let tags: Array = told.tags.iter().map(|tag| Dynamic::from(tag.to_string())).collect();
+    Ok(Map::from([("usage".into(), usage.into()), ("tags".into(), tags.into())]).into())
 }
 
 fn envelope_map(envelope: Envelope) -> Map {

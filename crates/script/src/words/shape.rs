@@ -2,13 +2,14 @@
 
 use super::ground::{self, BareGround, Ground, Placed, StreetSide};
 use super::options::Options;
-use super::{chance, property, within};
+use super::parcel::tag;
+use super::{chance, method, property, within};
 use crate::fault::{Complaint, Faults, Refusal};
 use crate::host::{Caller, Handle, Located};
 use crate::rule::{Rule, RuleKind};
 use buildings::{Envelope, Setbacks};
 use geom::{Seed, Vec2};
-use rhai::{Dynamic, Engine, FuncRegistration, Map};
+use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
 use std::sync::Arc;
 
 /// What a building rule knows of a parcel.
@@ -33,6 +34,8 @@ pub struct ShapeContext {
     pub district: String,
     /// The landmark that stands there; empty where there is none.
     pub landmark: String,
+    /// The words that its parcel carries.
+    pub tags: Vec<Arc<str>>,
     /// The land around.
     pub ground: Arc<dyn Ground>,
     /// Its chance.
@@ -52,6 +55,7 @@ impl ShapeContext {
             place: Vec2::ZERO,
             district: String::new(),
             landmark: String::new(),
+            tags: Vec::new(),
             ground: Arc::new(BareGround),
             seed,
         }
@@ -101,6 +105,12 @@ impl Placed for Asked {
     }
 }
 
+impl Shaped for Asked {
+    fn shape(&self) -> &ShapeContext {
+        &self.shape
+    }
+}
+
 impl BuildingPattern {
     /// The pattern of a rule with `build(shape, p)`; what goes wrong is reported to `faults`.
     pub fn new(rule: Rule, faults: Arc<Faults>) -> Self {
@@ -127,17 +137,13 @@ const WIDEST_SETBACK: f64 = 1_000.0;
 
 pub(super) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<Handle<Asked>>("shape");
-    property::<Asked, f64>(engine, "area", |a| a.shape.area);
-    property::<Asked, f64>(engine, "width", |a| a.shape.extent.x);
-    property::<Asked, f64>(engine, "depth", |a| a.shape.extent.y);
-    property::<Asked, bool>(engine, "is_corner", |a| a.shape.is_corner);
-    property::<Asked, bool>(engine, "is_inner", |a| a.shape.streets.is_empty());
-    property::<Asked, f64>(engine, "density", |a| a.shape.density);
-    property::<Asked, f64>(engine, "max_height", |a| a.shape.max_height);
-    property::<Asked, String>(engine, "district", |a| a.shape.district.clone());
+    properties::<Asked>(engine);
     property::<Asked, String>(engine, "landmark", |a| a.shape.landmark.clone());
-    chance::<Asked>(engine, |a| a.shape.seed);
-    ground::register::<Asked>(engine);
+    property::<Asked, Array>(engine, "tags", |a| a.shape.tags.iter().map(|tag| tag.to_string().into()).collect());
+    method!(engine, "has_tag"(name) "Whether the parcel carries a word: see `fn assign(parcel, p)`.", Asked, |a, name| {
+        let name = tag(name)?;
+        Ok(a.shape.tags.iter().any(|tag| **tag == *name))
+    });
     FuncRegistration::new("none")
         .with_params_info(["this"])
         .with_comments(["/// Nothing is built."])
@@ -154,6 +160,25 @@ pub(super) fn register(engine: &mut Engine) {
         .register_into_engine(engine, |this: &mut Handle<Asked>, height: Dynamic, options: Map| {
             choose(this, || extrude(&height, options))
         });
+}
+
+/// What knows a parcel.
+pub(super) trait Shaped: Placed {
+    fn shape(&self) -> &ShapeContext;
+}
+
+/// Registers what can be asked of a parcel.
+pub(super) fn properties<C: Shaped>(engine: &mut Engine) {
+    property::<C, f64>(engine, "area", |c| c.shape().area);
+    property::<C, f64>(engine, "width", |c| c.shape().extent.x);
+    property::<C, f64>(engine, "depth", |c| c.shape().extent.y);
+    property::<C, bool>(engine, "is_corner", |c| c.shape().is_corner);
+    property::<C, bool>(engine, "is_inner", |c| c.shape().streets.is_empty());
+    property::<C, f64>(engine, "density", |c| c.shape().density);
+    property::<C, f64>(engine, "max_height", |c| c.shape().max_height);
+    property::<C, String>(engine, "district", |c| c.shape().district.clone());
+    chance::<C>(engine, |c| c.shape().seed);
+    ground::register::<C>(engine);
 }
 
 fn choose(this: &Handle<Asked>, choice: impl FnOnce() -> Result<BuildingChoice, Complaint>) -> Result<(), Refusal> {
