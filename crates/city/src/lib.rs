@@ -21,7 +21,7 @@ pub mod why;
 
 pub use build::{BuildError, Built, Settings, Until, build};
 pub use check::{Checked, check, rule_host};
-pub use load::{LoadError, Loaded, Sources, load};
+pub use load::{LoadError, Loaded, PresetError, Sources, load};
 pub use model::{Area, City, Landmark};
 pub use progress::{Cancel, Progress, Silent, Stage};
 pub use report::{BuiltFrom, CallReport, FaultReport, Report};

@@ -9,8 +9,8 @@ use crate::sources::{
 use crate::testing::is_tests;
 use geom::{Bounds, Point, Raster, Vec2};
 use script::{
-    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, RuleKind, SiteInfo, SiteRequest, Sites, Source,
-    StreetImport, StreetUnits, Texts,
+    DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, PresetTarget, RuleKind, SiteInfo, SiteRequest,
+    Sites, Source, StreetImport, StreetUnits, Texts,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -63,6 +63,20 @@ pub enum LoadError {
     Source(#[from] SourceError),
 }
 
+/// Why a preset could not be laid on a city.
+#[derive(Debug, thiserror::Error)]
+pub enum PresetError {
+    /// What it is to be laid on is nothing.
+    #[error("{0}")]
+    Target(String),
+    /// It is not there, or is wrong.
+    #[error("{0}")]
+    Preset(Box<Fault>),
+    /// What it says cannot hold there.
+    #[error("{}{}", .0.message, .0.hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}")))]
+    Plan(ParamError),
+}
+
 /// A city script that has been run: what it asks for, not yet what it names.
 #[derive(Debug)]
 pub struct Loaded {
@@ -80,6 +94,8 @@ pub struct Loaded {
     pub doubts: Vec<Fault>,
     /// The texts of all scripts read.
     pub texts: Texts,
+    /// Where rules and presets are looked up.
+    pub host: Host,
 }
 
 /// Everything a build reads.
@@ -142,6 +158,7 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
         printed,
         doubts: checked.faults,
         texts,
+        host,
     })
 }
 
@@ -171,6 +188,18 @@ impl Loaded {
     /// [`ParamError`] when there is no such parameter, or the value does not suit it.
     pub fn set(&mut self, assignment: &str) -> Result<(), ParamError> {
         self.plan.set(assignment)
+    }
+
+    /// Lays a preset on something: `village` on the whole city, `minors=village`, `district:old town=medieval_core`,
+    /// `quarter:<id>=campus`.
+    ///
+    /// # Errors
+    /// [`PresetError`] when there is no such preset or nothing to lay it on.
+    pub fn lay(&mut self, assignment: &str) -> Result<(), PresetError> {
+        let (target, name) = assignment.rsplit_once('=').unwrap_or(("city", assignment));
+        let target: PresetTarget = target.trim().parse().map_err(PresetError::Target)?;
+        let preset = self.host.preset(name.trim()).map_err(|fault| PresetError::Preset(Box::new(fault)))?;
+        self.plan.apply(&preset, &target).map_err(PresetError::Plan)
     }
 
     /// Reads the maps and street files that the plan names.

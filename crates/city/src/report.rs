@@ -56,6 +56,9 @@ pub struct BuiltFrom {
     /// The folder of further rules, likewise.
     #[serde(default)]
     pub rules: Option<String>,
+    /// The presets laid on it on the command line.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub presets: Vec<String>,
     /// The parameters set on the command line.
     #[serde(default)]
     pub set: Vec<String>,

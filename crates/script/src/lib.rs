@@ -14,6 +14,7 @@ mod names;
 mod param;
 mod pattern;
 mod plan;
+mod preset;
 mod rule;
 pub mod testing;
 mod words;
@@ -24,9 +25,10 @@ pub use host::{Embedded, Library, Source, Texts};
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
 pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{
-    DensityGoal, DistrictPlan, DrawnDistricts, GivenLine, GoalPlan, Landmark, MapOptions, MapRef, NO_DISTRICT, Plan,
-    QuarterPlan, Rim, RoleParam, SitePlan, StreetImport, StreetPlan, StreetUnits, Within,
+    DensityGoal, DistrictPlan, DrawnDistricts, GivenLine, GoalPlan, Landmark, MINOR_WIDTH, MapOptions, MapRef,
+    NO_DISTRICT, Plan, QuarterPlan, Rim, RoleParam, SitePlan, StreetImport, StreetPlan, StreetUnits, Within,
 };
+pub use preset::{Preset, PresetTarget};
 pub use rule::{Rule, RuleKind};
 pub use words::{
     AssignPattern, Assigned, BareGround, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, Ground,
@@ -81,14 +83,29 @@ impl Host {
         &self.around.texts
     }
 
-    /// The names of all rules and other scripts in the libraries, in alphabetical order.
+    /// The names of all rules and other scripts in the libraries but presets, in alphabetical order.
     pub fn names(&self) -> Vec<String> {
-        self.around.shelves.names().into_iter().collect()
+        self.around.shelves.names().into_iter().filter(|name| !preset::is_preset(name)).collect()
+    }
+
+    /// The names of all presets in the libraries, in alphabetical order.
+    pub fn preset_names(&self) -> Vec<String> {
+        self.around.shelves.names().into_iter().filter(|name| preset::is_preset(name)).collect()
+    }
+
+    /// A preset by name, e.g. `presets/village` or `village`.
+    pub fn preset(&self, name: &str) -> Result<Preset, Fault> {
+        let name = preset::full_name(name);
+        let source = self.around.shelves.read(&name)?;
+        Preset::load(&name, &source, &self.around)
     }
 
     /// What is wrong with a rule, found without calling it: all of it, in the order of the text, with what is doubtful as
     /// warnings. A file without any function of a rule is one that others import.
     pub fn check_rule(&self, name: &str, source: &Source) -> Vec<Fault> {
+        if preset::is_preset(name) {
+            return Preset::load(name, source, &self.around).err().into_iter().collect();
+        }
         let mut faults = Vec::new();
         if !testing::is_beside(name) {
             faults = Rule::examine(name, source, &self.around).map_or_else(|faults| faults, |rule| rule.doubts());

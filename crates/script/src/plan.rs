@@ -3,9 +3,11 @@
 use crate::fault::{Fault, Faults};
 use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::pattern::PatternPlan;
+use crate::preset::{Preset, PresetTarget};
 use crate::rule::{Rule, RuleKind};
 use geom::{Cells, Id, Point, Polygon, Raster, Vec2};
 use layout::Use;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::growth::{Area, Chain, Field, Own, Step};
@@ -310,7 +312,7 @@ fn constraint_role(class: &str, place: usize) -> String {
 }
 
 /// What differs in one quarter.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct QuarterPlan {
     /// A seed of its own.
     pub seed: Option<u64>,
@@ -318,7 +320,12 @@ pub struct QuarterPlan {
     pub set: BTreeMap<String, Value>,
     /// Full right-of-way of its minors in metres, where it differs.
     pub width: Option<f64>,
+    /// What is laid on it as a whole; the values above stand over it.
+    pub preset: Option<Preset>,
 }
+
+/// Full right-of-way of minors in metres where nothing tells another.
+pub const MINOR_WIDTH: f64 = 16.0;
 
 /// What a city script asks for.
 #[derive(Clone, Debug)]
@@ -375,6 +382,30 @@ pub struct RoleParam {
 }
 
 impl Plan {
+    /// A site on which nothing grows.
+    pub(crate) fn on(site: SitePlan) -> Self {
+        Self {
+            name: None,
+            site,
+            within: None,
+            barred: Vec::new(),
+            districts: None,
+            seed: 0,
+            landmarks: Vec::new(),
+            given: Vec::new(),
+            imports: Vec::new(),
+            highways: None,
+            majors: None,
+            minors: None,
+            parcels: None,
+            buildings: None,
+            district_parcels: BTreeMap::new(),
+            district_buildings: BTreeMap::new(),
+            quarters: BTreeMap::new(),
+            removed: Vec::new(),
+        }
+    }
+
     /// The roles that rules play in this plan, in the order of the stages. A district's own rule for parcels plays
     /// `parcels.` and the district's name; of several constraints the second is `majors.constraints.2`, and so on.
     pub fn roles(&self) -> Vec<(String, &Rule)> {
@@ -410,11 +441,6 @@ impl Plan {
         let patterns =
             [&self.highways, &self.majors, &self.minors].into_iter().flatten().flat_map(|plan| plan.pattern.parts());
         patterns.flat_map(|part| part.weight.maps()).collect()
-    }
-
-    /// A pattern in a quarter, such as that of `minors.pattern`: with the values that differ there.
-    pub fn pattern_in(&self, quarter: Option<Id>, role: &str, pattern: &PatternPlan) -> PatternPlan {
-        pattern.map_rules(role, |role, rule| self.differing(quarter, role, rule))
     }
 
     /// Every parameter that `--set` reaches, in the order of the stages and of the authors.
@@ -457,7 +483,10 @@ impl Plan {
             Some(GoalPlan::Fixed(goal)) => Some(goal.maps()),
             _ => None,
         });
-        let values = of_rules.chain(of_quarters).chain(widths);
+        let presets = self.quarters.values().filter_map(|quarter| quarter.preset.as_ref());
+        let of_presets =
+            presets.flat_map(Preset::rules).flat_map(|(_, rule)| rule.params().iter().map(|(_, value)| value));
+        let values = of_rules.chain(of_quarters).chain(of_presets).chain(widths);
         let mut maps: Vec<&MapRef> = values.flat_map(Value::maps).chain(goals.flatten()).collect();
         maps.sort();
         maps.dedup();
@@ -472,11 +501,9 @@ impl Plan {
     pub fn settle(&mut self, places: Places) -> Result<(), ParamError> {
         let roles: Vec<_> = self.roles().into_iter().map(|(role, rule)| (role, rule.clone())).collect();
         let places = Arc::new(places);
-        let ids: Vec<Id> = self.quarters.keys().copied().collect();
+        self.settle_quarters(&places)?;
         for (role, rule) in roles {
             rule.params().check(&places).map_err(|error| within(&role, error))?;
-            let mut own = ids.iter().filter_map(|&id| self.rule_in(Some(id), &role));
-            own.try_for_each(|rule| rule.params().check(&places)).map_err(|error| within(&role, error))?;
             *self.rule_mut(&role) = rule.with(rule.params().on(&places));
         }
         let known: Vec<&str> = places.districts.names().iter().map(String::as_str).collect();
@@ -495,6 +522,20 @@ impl Plan {
             let goal = plan.goal().ok().flatten();
             goal.map_or(Ok(()), |goal| goal.check(&places))
                 .map_err(|error| within(&format!("{class}.goals"), error))?;
+        }
+        Ok(())
+    }
+
+    /// Reads what differs in quarters from a site, and checks it there.
+    fn settle_quarters(&mut self, places: &Arc<Places>) -> Result<(), ParamError> {
+        for id in self.quarters.keys().copied().collect::<Vec<_>>() {
+            for (role, rule) in self.in_quarter(Some(id)).roles() {
+                rule.params().check(places).map_err(|error| within(&role, error))?;
+            }
+            let own = self.quarters.get_mut(&id).and_then(|own| own.preset.as_mut());
+            if let Some(preset) = own {
+                *preset = preset.map_rules(|rule| rule.with(rule.params().on(places)));
+            }
         }
         Ok(())
     }
@@ -546,41 +587,32 @@ impl Plan {
         self.roles().into_iter().find_map(of_rule).map_or(Ok(()), Err)
     }
 
-    /// The rule that plays a role in a quarter: with the values that differ there.
-    pub fn rule_in(&self, quarter: Option<Id>, role: &str) -> Option<Rule> {
-        let (_, rule) = self.roles().into_iter().find(|(name, _)| *name == role)?;
-        Some(self.differing(quarter, role, rule))
+    /// The plan as it is in a quarter: with the preset that is laid on it, and the values that differ there.
+    pub fn in_quarter(&self, quarter: Option<Id>) -> Cow<'_, Self> {
+        let Some(own) = quarter.and_then(|id| self.quarters.get(&id)) else { return Cow::Borrowed(self) };
+        let mut plan = self.clone();
+        if let Some(preset) = &own.preset {
+            // On a whole plan nothing stands in the way of a preset.
+            let _ = plan.apply(preset, &PresetTarget::City);
+        }
+        for (address, value) in &own.set {
+            // Values were checked when the script was read; what a rule no longer declares is left out.
+            let Ok((role, name)) = plan.address(address) else { continue };
+            let rule = plan.rule(&role);
+            if let Ok(params) = rule.params().with_value(&name, value.clone()) {
+                *plan.rule_mut(&role) = rule.with(params);
+            }
+        }
+        if let (Some(width), Some(minors)) = (own.width, &mut plan.minors) {
+            minors.width = Some(Value::Constant(Literal::Number(width)));
+            minors.widths = None;
+        }
+        Cow::Owned(plan)
     }
 
-    /// A rule with the values that differ in a quarter.
-    fn differing(&self, quarter: Option<Id>, role: &str, rule: &Rule) -> Rule {
-        let differing = quarter.and_then(|id| self.quarters.get(&id)).map(|plan| &plan.set);
-        let own = differing.into_iter().flatten().filter_map(|(address, value)| {
-            let name = address.strip_prefix(role)?.strip_prefix('.')?;
-            Some((name, value))
-        });
-        // Values were checked when the script was read; what a rule no longer declares is left out.
-        let params = own.fold(rule.params().clone(), |params, (name, value)| {
-            params.with_value(name, value.clone()).unwrap_or(params)
-        });
-        rule.with(params)
-    }
-
-    /// How minors grow in a quarter: the plan, with the values that differ there.
-    pub fn minors_in(&self, quarter: Option<Id>) -> Option<StreetPlan> {
-        let plan = self.minors.clone()?;
-        let constraint = |(i, rule): (usize, &Rule)| {
-            self.rule_in(quarter, &constraint_role("minors", i)).unwrap_or_else(|| rule.clone())
-        };
-        let width = quarter.and_then(|id| self.quarters.get(&id)?.width);
-        let own = width.map(|width| Value::Constant(Literal::Number(width)));
-        Some(StreetPlan {
-            widths: if own.is_some() { None } else { plan.widths.clone() },
-            width: own.or_else(|| plan.width.clone()),
-            pattern: self.pattern_in(quarter, "minors.pattern", &plan.pattern),
-            constraints: plan.constraints.iter().enumerate().map(constraint).collect(),
-            ..plan
-        })
+    /// The rule that plays a role.
+    pub fn rule_of(&self, role: &str) -> Option<&Rule> {
+        self.roles().into_iter().find(|(name, _)| *name == role).map(|(_, rule)| rule)
     }
 
     /// The seed of a quarter's own, where it has one.

@@ -66,10 +66,11 @@ impl RuleKind {
         }
     }
 
-    /// All folders of a library, each once.
+    /// All folders of a library, each once: those of rules, and that of presets.
     pub fn folders() -> Vec<&'static str> {
         let mut folders: Vec<_> = Self::ALL.map(Self::folder).into();
         folders.dedup();
+        folders.push(crate::preset::FOLDER);
         folders
     }
 
@@ -580,6 +581,6 @@ fn statements_between(ast: &AST, from: Position, to: Position) -> Vec<Stmt> {
 }
 
 /// The first line of documentation.
-fn headline(text: &str) -> String {
+pub(crate) fn headline(text: &str) -> String {
     text.lines().find_map(|line| line.trim().strip_prefix("//!")).map(|line| line.trim().to_owned()).unwrap_or_default()
 }

@@ -71,7 +71,7 @@ fn proposed(rule: Rule, x: f64, y: f64) -> (f64, i32, i64) {
 }
 
 fn pattern(plan: &Plan) -> Rule {
-    plan.rule_in(None, "minors.pattern").expect("a pattern")
+    plan.rule_of("minors.pattern").expect("a pattern").clone()
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn blocks_are_asked_at_their_place_too() {
     let text = format!("parcels: rule(\"mine\", #{{ width: {} }})", "by_district(#{ \"old town\": 30 }, 90)");
     let mut plan = city("", &text).expect("fine");
     plan.settle(places()).expect("settles");
-    let parcels = ParcelPattern::new(plan.rule_in(None, "parcels").expect("a rule"), Arc::default());
+    let parcels = ParcelPattern::new(plan.rule_of("parcels").expect("a rule").clone(), Arc::default());
     let least_area = |x: f64| {
         let (place, seed, district) = (Vec2::new(x, 500.0), Seed(1), String::new());
         match parcels.choose(BlockContext { place, district, ..BlockContext::bare(9e3, seed) }) {
@@ -120,7 +120,7 @@ fn what_is_set_by_hand_stands_above_values_by_place() {
     let mut plan = city("width: by_district(#{ \"old town\": 30 }, 90)", quarters).expect("fine");
     plan.settle(places()).expect("settles");
     let quarter = "0123456789abcdef0123456789abcdef".parse().ok();
-    let there = plan.rule_in(quarter, "minors.pattern").expect("a pattern");
+    let there = plan.in_quarter(quarter).rule_of("minors.pattern").expect("a pattern").clone();
     assert_eq!([100.0, 900.0].map(|x| proposed(there.clone(), x, 100.0).0), [60.0, 50.0]);
     assert_eq!([100.0, 900.0].map(|x| proposed(pattern(&plan), x, 100.0).0), [30.0, 90.0]);
 }
@@ -154,8 +154,7 @@ fn districts_have_rules_of_their_own() {
     plan.set("parcels.harbour.width=55").expect("in range");
     plan.set("parcels.most_area=700").expect("in range");
     assert!(plan.set("parcels.harbour.most_area=700").is_err(), "the harbour's rule has another");
-    let width =
-        |role: &str| plan.rule_in(None, role).and_then(|rule| rule.params().get("width").map(ToString::to_string));
+    let width = |role: &str| plan.rule_of(role).and_then(|rule| rule.params().get("width").map(ToString::to_string));
     assert_eq!([width("parcels.harbour"), width("parcels.old town")], [Some("55".into()), Some("80".into())]);
     let says = |text: &str| headline(&city("", text).expect_err("wrong"));
     let unknown = says("buildings: by_district(#{ harbur: rule(\"buildings/extruded\") })");

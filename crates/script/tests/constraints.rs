@@ -196,7 +196,7 @@ fn rules_of_a_list_have_roles_of_their_own() {
     plan.set("minors.constraints.snap=12").expect("in range");
     plan.set("minors.constraints.2.far=3").expect("in range");
     assert_eq!(chain_of(&plan).snap(), 12.0);
-    let second = plan.rule_in(None, "minors.constraints.2").expect("a rule");
+    let second = plan.rule_of("minors.constraints.2").expect("a rule");
     assert_eq!(second.params().get("far").map(ToString::to_string), Some("3".to_owned()));
     let error = plan.set("minors.constraints.2.fra=3").expect_err("a typo");
     assert_eq!(error.hint.as_deref(), Some("did you mean `far`?"));

@@ -5,8 +5,8 @@ use super::{BuildArguments, Failure, Status, faults};
 use city::export::{ColourBy, MapOptions, Mark};
 use city::progress::{Progress, Stage};
 use city::{
-    BuildError, Built, BuiltFrom, Cancel, City, FaultReport, LoadError, Report, Settings, Sources, Trace, build,
-    export, load,
+    BuildError, Built, BuiltFrom, Cancel, City, FaultReport, LoadError, Loaded, PresetError, Report, Settings, Sources,
+    Trace, build, export, load,
 };
 use geom::Vec2;
 use script::Texts;
@@ -44,6 +44,7 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     for line in &loaded.printed {
         eprintln!("{line}");
     }
+    lay_presets(&mut loaded, &arguments.preset)?;
     for assignment in &arguments.set {
         loaded
             .set(assignment)
@@ -107,8 +108,23 @@ fn built_from(arguments: &BuildArguments) -> BuiltFrom {
     BuiltFrom {
         city: arguments.city.display().to_string(),
         rules: arguments.rules.as_deref().map(|rules| rules.display().to_string()),
+        presets: arguments.preset.clone(),
         set: arguments.set.clone(),
     }
+}
+
+/// Lays presets that a command line names on a city, one after the other.
+pub fn lay_presets(loaded: &mut Loaded, presets: &[String]) -> Result<(), Failure> {
+    for assignment in presets {
+        loaded.lay(assignment).map_err(|error| match error {
+            // A preset that is there, but wrong, is shown in its file.
+            PresetError::Preset(fault) if fault.line > 0 => {
+                Failure::of_scripts(Status::Failed, vec![FaultReport::from(&*fault)], loaded.texts.clone())
+            }
+            other => Failure::new(Status::Usage, format!("--preset {assignment}: {other}")),
+        })?;
+    }
+    Ok(())
 }
 
 /// A parameter's error with its hint.

@@ -41,7 +41,7 @@ enum Verb {
     /// Finds what is wrong in rules and city scripts without building.
     #[command(after_help = CHECK_HELP)]
     Check(CheckArguments),
-    /// Lists the rules of the library and what can be set in them.
+    /// Lists the rules and presets of the library and what can be set in them.
     #[command(after_help = RULES_HELP)]
     Rules(RulesArguments),
     /// Writes the commented start of a rule or a city.
@@ -71,6 +71,10 @@ struct BuildArguments {
     /// Builds with this seed instead of the script's.
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
+    /// Lays a preset on the city, or on part of it: village, majors=boulevards, "district:old town=medieval_core",
+    /// quarter:ID=campus; may be given many times.
+    #[arg(long, value_name = "[WHERE=]NAME")]
+    preset: Vec<String>,
     /// Sets a parameter by its role, e.g. minors.pattern.block_width=90; may be given many times.
     #[arg(long = "set", value_name = "ROLE.PARAM=VALUE")]
     set: Vec<String>,
@@ -114,7 +118,7 @@ struct CheckArguments {
 /// Arguments of `plat rules`.
 #[derive(clap::Args, Debug)]
 struct RulesArguments {
-    /// Rules whose names begin so, such as streets/ or streets/grid; all when none is named.
+    /// Rules and presets whose names begin so, such as streets/ or presets/village; all when none is named.
     names: Vec<String>,
     /// Lists the rules of this folder too: a city's, or one of rules alone.
     #[arg(long, value_name = "DIR")]
@@ -122,6 +126,9 @@ struct RulesArguments {
     /// Lists parameters, too; always so where names are given.
     #[arg(long)]
     params: bool,
+    /// Draws a picture of each preset that is listed, into this folder: NAME.png.
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     /// Prints one JSON object.
     #[arg(long)]
     json: bool,
@@ -252,6 +259,9 @@ struct WhyArguments {
     /// The seed it was built with, instead of the layout's.
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
+    /// The presets it was built with, instead of those in report.json.
+    #[arg(long, value_name = "[WHERE=]NAME")]
+    preset: Vec<String>,
     /// The parameters it was built with, instead of those in report.json.
     #[arg(long = "set", value_name = "ROLE.PARAM=VALUE")]
     set: Vec<String>,

@@ -1,9 +1,11 @@
-//! `plat rules`: what rules there are, and what can be set in them.
+//! `plat rules`: what rules and presets there are, and what can be set in them.
 
 use super::{Failure, RulesArguments, Status};
+use city::testing::picture;
 use city::{FaultReport, rule_host};
-use script::{Domain, Param, Rule};
+use script::{Domain, Param, Preset, Rule};
 use serde::Serialize;
+use std::path::Path;
 
 /// A rule as it is listed.
 #[derive(Serialize)]
@@ -14,6 +16,26 @@ struct Listed {
     /// The functions that make it a rule.
     decides: Vec<&'static str>,
     params: Vec<ListedParam>,
+}
+
+/// A preset as it is listed.
+#[derive(Serialize)]
+struct ListedPreset {
+    name: String,
+    file: String,
+    about: String,
+    /// The class of streets that it is made for.
+    class: &'static str,
+    /// The rules in it, with the values that it chooses.
+    rules: Vec<ChosenRule>,
+}
+
+/// A rule of a preset.
+#[derive(Serialize)]
+struct ChosenRule {
+    role: String,
+    rule: String,
+    values: serde_json::Map<String, serde_json::Value>,
 }
 
 /// A parameter as it is listed.
@@ -40,7 +62,8 @@ pub fn run(arguments: &RulesArguments) -> Result<Status, Failure> {
     let wanted =
         |name: &String| arguments.names.is_empty() || arguments.names.iter().any(|n| name.starts_with(n.as_str()));
     let names: Vec<String> = host.names().into_iter().filter(wanted).collect();
-    let is_there = |asked: &&String| names.iter().any(|name| name.starts_with(asked.as_str()));
+    let presets: Vec<String> = host.preset_names().into_iter().filter(wanted).collect();
+    let is_there = |asked: &&String| names.iter().chain(&presets).any(|name| name.starts_with(asked.as_str()));
     if let Some(asked) = arguments.names.iter().find(|asked| !is_there(asked)) {
         let fault = host.rule(asked).err();
         let hint = fault.and_then(|fault| fault.hint).map_or(String::new(), |hint| format!("\n  hint: {hint}"));
@@ -54,13 +77,77 @@ pub fn run(arguments: &RulesArguments) -> Result<Status, Failure> {
             Err(fault) => faults.push(FaultReport::from(&fault)),
         }
     }
+    let mut found = Vec::new();
+    for name in &presets {
+        match host.preset(name) {
+            Ok(preset) => found.push(preset),
+            Err(fault) => faults.push(FaultReport::from(&fault)),
+        }
+    }
+    let listed: Vec<ListedPreset> = found.iter().map(listed_preset).collect();
     super::faults::tell(&faults, host.texts());
     if arguments.json {
-        println!("{}", serde_json::json!({ "rules": rules, "faults": faults }));
+        println!("{}", serde_json::json!({ "rules": rules, "presets": listed, "faults": faults }));
     } else {
-        print!("{}", text(&rules, !arguments.names.is_empty() || arguments.params));
+        let with_params = !arguments.names.is_empty() || arguments.params;
+        print!("{}{}", text(&rules, with_params), presets_text(&listed, with_params));
+    }
+    if let Some(folder) = &arguments.pictures {
+        draw(&found, folder)?;
     }
     Ok(if faults.is_empty() { Status::Done } else { Status::Faults })
+}
+
+/// Draws a picture of each preset.
+fn draw(presets: &[Preset], folder: &Path) -> Result<(), Failure> {
+    let failed = |path: &Path, error: &dyn std::fmt::Display| {
+        Failure::new(Status::Failed, format!("{}: {error}", path.display()))
+    };
+    std::fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
+    for preset in presets {
+        let name = preset.name().rsplit('/').next().unwrap_or_default();
+        let path = folder.join(format!("{name}.png"));
+        let png = picture(preset).map_err(|error| failed(Path::new(preset.path()), &error))?;
+        std::fs::write(&path, png).map_err(|error| failed(&path, &error))?;
+    }
+    Ok(())
+}
+
+fn listed_preset(preset: &Preset) -> ListedPreset {
+    let chosen = |(role, rule): (String, &Rule)| {
+        let values = rule.params().iter().filter(|(param, value)| value.constant() != Some(&param.default));
+        let values = values.map(|(param, value)| (param.name.clone(), value.to_string().into())).collect();
+        ChosenRule { role, rule: rule.name().to_owned(), values }
+    };
+    ListedPreset {
+        name: preset.name().to_owned(),
+        file: preset.path().to_owned(),
+        about: preset.about().to_owned(),
+        class: preset.class(),
+        rules: preset.rules().into_iter().map(chosen).collect(),
+    }
+}
+
+/// As people read them: a line a preset, with its rules and values below where they are asked for.
+fn presets_text(presets: &[ListedPreset], with_values: bool) -> String {
+    let mut lines = String::new();
+    let widest = presets.iter().map(|preset| preset.name.chars().count()).max().unwrap_or(0);
+    for preset in presets {
+        if !with_values {
+            lines += &format!("{:widest$}  {}\n", preset.name, preset.about);
+            continue;
+        }
+        lines += &format!("\n{}  {}\n  {}, for {}\n", preset.name, preset.about, preset.file, preset.class);
+        for rule in &preset.rules {
+            let values =
+                rule.values.iter().map(|(name, value)| format!("{name} {}", value.as_str().unwrap_or_default()));
+            lines += &format!("  {:11}  {}: {}\n", rule.role, rule.rule, values.collect::<Vec<_>>().join(", "));
+        }
+    }
+    if !with_values && !presets.is_empty() {
+        lines += "\nWhat is in one: plat rules presets/NAME; laid on a city: plat build CITY --preset NAME\n";
+    }
+    lines
 }
 
 fn listed(rule: &Rule) -> Listed {

@@ -48,6 +48,8 @@ fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Fai
         LoadError::Missing { .. } => failed(&error),
         other => super::build::unreadable(other),
     })?;
+    let presets = if arguments.preset.is_empty() { &told.presets } else { &arguments.preset };
+    super::build::lay_presets(&mut loaded, presets)?;
     let set = if arguments.set.is_empty() { &told.set } else { &arguments.set };
     for assignment in set {
         loaded.set(assignment).map_err(|error| {

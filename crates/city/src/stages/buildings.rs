@@ -7,13 +7,16 @@ use buildings::{Building, Envelope, LEAST_HEIGHT, StartShape, extrude};
 use geom::{Id, Polygon};
 use layout::{Parcel, Use};
 use rayon::prelude::*;
-use script::{BuildingChoice, BuildingPattern, Rule, ShapeContext};
+use script::{BuildingChoice, BuildingPattern, Plan, Rule, ShapeContext};
 use std::collections::BTreeMap;
 
 /// Derives the buildings of all parcels that may carry one, by id.
 pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> Result<Vec<Building>, BuildError> {
     let plan = &context.sources.plan;
-    let rules: Vec<&Rule> = plan.buildings.iter().chain(plan.district_buildings.values()).collect();
+    let own: Vec<Plan> = plan.quarters.keys().map(|&id| plan.in_quarter(Some(id)).into_owned()).collect();
+    let plans = std::iter::once(plan).chain(&own);
+    let rules: Vec<&Rule> =
+        plans.flat_map(|plan| plan.buildings.iter().chain(plan.district_buildings.values())).collect();
     if rules.is_empty() {
         origins.of("plain");
         return Ok(Vec::new());

@@ -11,7 +11,7 @@ pub(crate) mod streets;
 use crate::progress::{Cancel, Progress};
 use crate::{BuildError, Sources};
 use geom::{Id, Seed, Vec2};
-use script::{Faults, Rule};
+use script::{Faults, Plan, Rule};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -80,13 +80,15 @@ impl<T> ByPlace<T> {
     /// Makes something of the rules that play `role`.
     pub fn of(context: &Context, role: &str, make: impl Fn(Rule) -> T) -> Self {
         let plan = &context.sources.plan;
-        let whole = |quarter| plan.rule_in(quarter, role).map(&make);
-        let named = |quarter: Option<Id>| -> BTreeMap<String, T> {
-            let rule = |name: &str| plan.rule_in(quarter, &format!("{role}.{name}"));
-            plan.districts_of(role).filter_map(|name| Some((name.to_owned(), make(rule(name)?)))).collect()
+        let of = |plan: &Plan| -> (Option<T>, BTreeMap<String, T>) {
+            let rule = |role: &str| plan.rule_of(role).cloned().map(&make);
+            let named =
+                plan.districts_of(role).filter_map(|name| Some((name.to_owned(), rule(&format!("{role}.{name}"))?)));
+            (rule(role), named.collect())
         };
-        let own = plan.quarters.keys().map(|&id| (id, (whole(Some(id)), named(Some(id)))));
-        Self { whole: whole(None), districts: named(None), quarters: own.collect() }
+        let (whole, districts) = of(plan);
+        let quarters = plan.quarters.keys().map(|&id| (id, of(&plan.in_quarter(Some(id))))).collect();
+        Self { whole, districts, quarters }
     }
 
     /// What holds in a quarter and a district (an empty name is none).

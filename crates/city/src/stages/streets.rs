@@ -13,7 +13,7 @@ use crate::{BuildError, Stage};
 use geom::point::units;
 use geom::{Angle, Id, Point, Seed};
 use rayon::prelude::*;
-use script::{DensityGoal, GivenLine, StreetPlan, Value, Within};
+use script::{DensityGoal, GivenLine, MINOR_WIDTH, StreetPlan, Value, Within};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
@@ -39,7 +39,7 @@ fn defaults(class: Class) -> ClassDefaults {
     match class {
         Classes::HIGHWAY => ClassDefaults { stage: Stage::Highways, width: 36.0, reseed: 3000.0 },
         Classes::MAJOR => ClassDefaults { stage: Stage::Majors, width: 26.0, reseed: 900.0 },
-        _ => ClassDefaults { stage: Stage::Minors, width: 16.0, reseed: 120.0 },
+        _ => ClassDefaults { stage: Stage::Minors, width: MINOR_WIDTH, reseed: 120.0 },
     }
 }
 
@@ -374,11 +374,12 @@ struct Quarter {
 impl Quarter {
     fn new(context: &Context, network: &mut Network, plan: &StreetPlan, id: Option<Id>) -> Result<Self, BuildError> {
         let whole = &context.sources.plan;
-        let own = whole.minors_in(id).unwrap_or_else(|| plan.clone());
+        let here = whole.in_quarter(id);
+        let own = here.minors.as_ref().unwrap_or(plan);
         let seed = id.and_then(|id| whole.seed_in(id)).unwrap_or(whole.seed);
         let seed = Seed(seed).purpose("minors");
         let seed = id.map_or(seed, |id| seed.of(id));
-        let growth = growth_of(context, &own, Classes::MINOR, seed)?;
+        let growth = growth_of(context, own, Classes::MINOR, seed)?;
         let reseed = plan.reseed.unwrap_or(defaults(Classes::MINOR).reseed);
         let settings = QuarterSettings { reseed, ..QuarterSettings::new(growth) };
         Ok(Self { settings, rules: pattern(context, network, &own.pattern) })

@@ -2,9 +2,9 @@
 
 use super::town::GrownTown;
 use crate::build::{Settings, build};
-use crate::{BuildError, Cancel, LoadError, Loaded, Silent};
+use crate::{BuildError, Built, Cancel, LoadError, Loaded, Silent};
 use script::testing::{Laboratory, Town, TownError};
-use script::{Plan, Texts};
+use script::{Host, Plan, Texts};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -14,8 +14,9 @@ pub(super) struct CityLaboratory {
     pub folder: PathBuf,
 }
 
-impl Laboratory for CityLaboratory {
-    fn build(&self, plan: Plan) -> Result<Arc<dyn Town>, TownError> {
+impl CityLaboratory {
+    /// The city of a plan.
+    pub fn city(&self, plan: Plan) -> Result<Built, TownError> {
         let loaded = Loaded {
             name: "town".into(),
             folder: self.folder.clone(),
@@ -24,6 +25,7 @@ impl Laboratory for CityLaboratory {
             printed: Vec::new(),
             doubts: Vec::new(),
             texts: Texts::default(),
+            host: Host::new(Vec::new()),
         };
         let sources = loaded.read().map_err(|error| match error {
             LoadError::Value { error, .. } => TownError { message: error.message, hint: error.hint },
@@ -31,13 +33,18 @@ impl Laboratory for CityLaboratory {
         })?;
         // Tests run side by side: one of them has one thread.
         let settings = Settings { threads: 1, ..Settings::default() };
-        let built = build(&sources, settings, &Silent, &Cancel::default()).map_err(|error| match error {
+        build(&sources, settings, &Silent, &Cancel::default()).map_err(|error| match error {
             BuildError::Nothing { reason, hint, .. } => {
                 TownError { message: format!("there is no town: {reason}"), hint: Some(hint) }
             }
             other => told(&other.to_string()),
-        })?;
-        Ok(Arc::new(GrownTown::new(built)))
+        })
+    }
+}
+
+impl Laboratory for CityLaboratory {
+    fn build(&self, plan: Plan) -> Result<Arc<dyn Town>, TownError> {
+        Ok(Arc::new(GrownTown::new(self.city(plan)?)))
     }
 }
 

@@ -1,19 +1,23 @@
 //! Runs the tests of rules: finds them, builds their towns, holds their snapshots against files.
 
 mod laboratory;
+mod picture;
 mod snapshots;
 mod town;
 
+pub use picture::picture;
 pub use snapshots::{Compared, Standing, accept};
 
 use crate::check::{is_city, name_of, root_of, rule_folder, scripts_below};
 use crate::load::{LoadError, MapFolders, RuleFolder};
 use laboratory::CityLaboratory;
-use rayon::prelude::*;
 use script::testing::{Bench, Coverage, Outcome, Test, TestFile, Trial, is_beside};
 use script::{Fault, Host, Library, Source, Texts};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 
 /// Which tests to run, and how.
 #[derive(Clone, Debug)]
@@ -157,22 +161,58 @@ impl Suite {
     ///
     /// # Errors
     /// When no threads can be started.
-    pub fn run(&self, settings: &Settings) -> Result<Vec<Ran>, rayon::ThreadPoolBuildError> {
+    pub fn run(&self, settings: &Settings) -> io::Result<Vec<Ran>> {
         let is_wanted = |test: &&Test| settings.only.as_ref().is_none_or(|only| test.name.contains(only.as_str()));
         let wanted: Vec<(&PathBuf, &TestFile, &Test)> = self
             .files
             .iter()
             .flat_map(|(path, file)| file.tests().iter().filter(is_wanted).map(move |test| (path, file, test)))
             .collect();
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?;
-        let run = |&(path, file, test): &(&PathBuf, &TestFile, &Test)| run(path, file, test, settings);
-        Ok(pool.install(|| wanted.par_iter().map(run).collect()))
+        side_by_side(settings.threads, &wanted, |(path, file, test)| run(path, file, test, settings))
     }
 
     /// Snapshots beside these files that belong to no test of theirs any more.
     pub fn stale(&self, ran: &[Ran]) -> Vec<PathBuf> {
         self.files.iter().flat_map(|(path, _)| snapshots::stale(path, ran)).collect()
     }
+}
+
+/// Stack of a thread that runs tests: what is left of it by a script's limits on depth holds a build.
+const STACK: usize = 16 << 20;
+
+/// Does a piece of work for each of some things on so many threads (all processors when 0), and gives the results in order.
+///
+/// These are plain threads: a worker of a pool that waits for a build would take up further work meanwhile, one inside the
+/// other, until its stack ends.
+///
+/// # Errors
+/// When no threads can be started.
+pub fn side_by_side<T: Sync, R: Send>(
+    threads: usize,
+    things: &[T],
+    work: impl Fn(&T) -> R + Sync,
+) -> io::Result<Vec<R>> {
+    let all = || thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let threads = if threads == 0 { all() } else { threads };
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(things.len())));
+    let toil = || {
+        while let Some((at, thing)) = {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            things.get(at).map(|thing| (at, thing))
+        } {
+            let result = work(thing);
+            done.lock().unwrap_or_else(PoisonError::into_inner).push((at, result));
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..threads.min(things.len()) {
+            thread::Builder::new().stack_size(STACK).spawn_scoped(scope, toil)?;
+        }
+        Ok::<_, io::Error>(())
+    })?;
+    let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
+    done.sort_by_key(|(at, _)| *at);
+    Ok(done.into_iter().map(|(_, result)| result).collect())
 }
 
 fn run(path: &Path, file: &TestFile, test: &Test, settings: &Settings) -> Ran {

@@ -38,7 +38,7 @@ fn told(number: f64) -> String {
 
 /// The rules whose roles begin so, and their parameters, as they are at a place and in a quarter.
 pub fn tell_rules(answer: &mut Answer, sources: &Sources, part: &str, quarter: Option<Id>) {
-    let plan = &sources.plan;
+    let plan = sources.plan.in_quarter(quarter);
     let place = Vec2::from_array(answer.place);
     let roles = plan.roles();
     // Parcels and buildings may have a rule of the district's own in place of the city's.
@@ -52,9 +52,8 @@ pub fn tell_rules(answer: &mut Answer, sources: &Sources, part: &str, quarter: O
         if !is_meant(&role) {
             continue;
         }
-        let here = plan.rule_in(quarter, &role).unwrap_or_else(|| rule.clone());
-        answer.rules.push(says(&role, &here));
-        for (param, value) in here.params().iter() {
+        answer.rules.push(says(&role, rule));
+        for (param, value) in rule.params().iter() {
             answer.parameters.push(ParameterSays {
                 address: format!("{role}.{}", param.name),
                 value: with_unit(param, value.to_string()),

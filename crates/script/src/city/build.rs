@@ -7,6 +7,7 @@ use crate::fault::Complaint;
 use crate::host::kind_of;
 use crate::param::{Literal, Value};
 use crate::plan::{Landmark, MapRef, Plan, QuarterPlan, SitePlan, StreetPlan};
+use crate::preset::{Preset, PresetTarget, presets_of};
 use crate::rule::RuleKind;
 use crate::words::options::{Options, cast};
 use geom::Id;
@@ -30,6 +31,7 @@ const KEYS: &[&str] = &[
     "minors",
     "parcels",
     "buildings",
+    "preset",
     "quarters",
     "remove",
 ];
@@ -44,7 +46,6 @@ pub(crate) fn plan(map: Map) -> Result<Plan, Complaint> {
     let (buildings, district_buildings) = rules("buildings", RuleKind::Buildings)?;
     let mut plan = Plan {
         name: options.text("name")?,
-        site: site(&mut options)?,
         within: options.of::<MapRef>("within", "a map, site.map(\"…\")")?,
         barred: maps(&mut options)?,
         districts: options.of("districts", "site.districts(…) or districts_from(…)")?,
@@ -59,13 +60,28 @@ pub(crate) fn plan(map: Map) -> Result<Plan, Complaint> {
         buildings,
         district_parcels,
         district_buildings,
-        quarters: BTreeMap::new(),
         removed: removed(&mut options)?,
+        ..Plan::on(site(&mut options)?)
     };
+    if let Some(preset) = options.take("preset") {
+        lay(presets_of(preset)?, &mut plan)?;
+    }
     check_stages(&plan)?;
     plan.quarters = quarters(options.map("quarters")?, &plan)?;
     plan.check_districts().map_err(|error| Complaint::new(error.message).maybe_hint(error.hint).key("districts"))?;
     Ok(plan)
+}
+
+/// Lays presets on a plan: one on whatever the script says nothing of, others on districts.
+fn lay((whole, named): (Option<Preset>, BTreeMap<String, Preset>), plan: &mut Plan) -> Result<(), Complaint> {
+    if let Some(preset) = &whole {
+        plan.fill(preset);
+    }
+    for (district, preset) in named {
+        let laid = plan.apply(&preset, &PresetTarget::District(district));
+        laid.map_err(|error| Complaint::new(error.message).maybe_hint(error.hint).key("preset"))?;
+    }
+    Ok(())
 }
 
 /// The site; imported streets say where they lie, so that a city of them needs none.
@@ -152,8 +168,16 @@ fn quarter(value: Dynamic, plan: &Plan) -> Result<QuarterPlan, Complaint> {
     let seed = map.remove("seed").map(|seed| Map::from([("seed".into(), seed)]));
     let seed = seed.map(|map| Options::new("a quarter", map, &["seed"])?.seed()).transpose()?.flatten();
     let width = map.remove("minors.width").map(|value| width(&value)).transpose()?;
+    let preset = map.remove("preset").map(presets_of).transpose()?;
+    let preset = match preset {
+        Some((preset, named)) if named.is_empty() => preset,
+        Some(_) => {
+            return Err(Complaint::new("a quarter has one preset").hint("preset: preset(\"village\")").key("preset"));
+        }
+        None => None,
+    };
     let set = map.into_iter().map(|(name, value)| setting(&name, &value, plan)).collect::<Result<_, _>>()?;
-    Ok(QuarterPlan { seed, set, width })
+    Ok(QuarterPlan { seed, set, width, preset })
 }
 
 /// How wide the minors of a quarter are.
@@ -177,7 +201,7 @@ fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Value), 
         let help = "in a quarter `minors.…`, `parcels.…` and `buildings.…` can differ";
         return Err(Complaint::new(message).hint(help).key("quarters"));
     }
-    let rule = plan.rule_in(None, &role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
+    let rule = plan.rule_of(&role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
     let params = rule.params().with_dynamic(&name, value).map_err(complain)?;
     let value = params.get(&name).cloned();
     let value = value.ok_or_else(|| Complaint::new(format!("there is no parameter `{name}`")))?;

@@ -13,11 +13,12 @@ pub(crate) use build::plan as plan_of;
 pub(crate) use drawn::drawn_map;
 pub(crate) use site::SiteHandle;
 pub use site::{SiteInfo, SiteRequest, Sites};
-pub(crate) use streets::streets as street_plan;
+pub(crate) use streets::{rule_of, streets as street_plan};
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
 use crate::host::{Limits, Resolver, Source, Vocabulary, engine, miscounted_calls, named_rules, unknown_words};
 use crate::plan::Plan;
+use crate::preset::{Preset, full_name};
 use crate::rule::{Rule, Surroundings};
 use rhai::{AST, Dynamic, Engine, EvalAltResult, FuncRegistration, Map, Scope};
 use std::collections::BTreeSet;
@@ -193,7 +194,61 @@ pub(crate) fn register_words(engine: &mut Engine, around: Surroundings, sites: A
     within::register(engine);
     crate::param::register_values(engine);
     mix::register(engine);
-    rules(engine, around);
+    rules(engine, around.clone());
+    presets(engine, around);
+}
+
+/// `preset("village")`.
+fn presets(engine: &mut Engine, around: Surroundings) {
+    engine.register_type_with_name::<Preset>("a preset");
+    FuncRegistration::new("preset")
+        .with_params_info(["name"])
+        .with_comments(["/// A preset of the city's folder or the library, by name: rules with chosen values."])
+        .register_into_engine(engine, move |name: &str| Ok::<_, Refusal>(preset_named(name, &around)?));
+}
+
+/// A preset by its name, with or without its folder.
+pub(crate) fn preset_named(name: &str, around: &Surroundings) -> Result<Preset, Complaint> {
+    let name = full_name(name);
+    let source = around.shelves.read(&name).map_err(|fault| {
+        let message = fault.message.replace("rule", "preset");
+        Complaint::new(format!("preset \"{}\": {message}", fault.file)).maybe_hint(fault.hint)
+    })?;
+    Preset::load(&name, &source, around).map_err(Complaint::of)
+}
+
+/// Runs the file of a preset: what it hands to `preset(#{ … })`.
+pub(crate) fn preset_engine(source: &Source, around: &Surroundings) -> Result<Map, Fault> {
+    around.texts.keep(source);
+    let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
+    let mut engine = engine(Limits::CITY, resolver);
+    crate::param::register_values(&mut engine);
+    mix::register(&mut engine);
+    streets::register(&mut engine);
+    rules(&mut engine, around.clone());
+    let told: Arc<Mutex<Vec<Map>>> = Arc::default();
+    let own = told.clone();
+    FuncRegistration::new("preset")
+        .with_params_info(["#{ pattern, goals, constraints, width, parcels, buildings }"])
+        .with_comments(["/// Tells what the preset is made of. Called once, at the end."])
+        .register_into_engine(&mut engine, move |map: Map| {
+            own.lock().unwrap_or_else(PoisonError::into_inner).push(map)
+        });
+    let ast = compile(&engine, source, around)?;
+    let words = Vocabulary::of(&engine, &ast);
+    if let Some(fault) = unknown_words(&ast, &source.path, &words).into_iter().next() {
+        return Err(fault.measured(&around.texts));
+    }
+    let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), &ast));
+    let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
+    result.map_err(|error| fault_of(*error, source, around, &words))?;
+    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+    let help = "call preset(#{ pattern: rule(\"…\"), … }) once, at its end";
+    match told.len() {
+        1 => Ok(told.remove(0)),
+        0 => Err(Fault::new(&source.path, "this file tells no preset").with_hint(Some(help.into()))),
+        _ => Err(Fault::new(&source.path, "this file tells several presets").with_hint(Some(help.into()))),
+    }
 }
 
 fn listen(engine: &mut Engine, printed: Arc<Mutex<Vec<String>>>) {

@@ -10,6 +10,7 @@ use crate::plan::{
     DensityGoal, GivenLine, GoalPlan, MOST_CONSTRAINTS, StreetImport, StreetPlan, StreetUnits, WIDTHS, decides,
     width_param,
 };
+use crate::preset::presets_of;
 use crate::rule::{Rule, RuleKind};
 use crate::words::options::{Options, pair, text};
 use geom::{Point, Vec2};
@@ -168,6 +169,7 @@ const LONGEST_NEEDLESS: f64 = 100_000.0;
 
 /// `streets(#{ … })`.
 pub(crate) fn streets(options: Map) -> Result<StreetPlan, Complaint> {
+    let options = with_preset(options)?;
     let mut options = Options::new("streets", options, STREETS)?;
     let pattern = options.need("pattern")?;
     let plan = StreetPlan {
@@ -193,6 +195,40 @@ pub(crate) fn streets(options: Map) -> Result<StreetPlan, Complaint> {
     // What is told once is asked for here already: its faults are the script's.
     plan.goal().and_then(|_| plan.masks()).map_err(Complaint::of_rule)?;
     Ok(plan)
+}
+
+/// Options with those of the preset among them that are not given: `streets(#{ preset: preset("village"), width: 9 })`.
+fn with_preset(mut options: Map) -> Result<Map, Complaint> {
+    let Some(preset) = options.remove("preset") else { return Ok(options) };
+    let (whole, named) = presets_of(preset)?;
+    let one = whole.filter(|_| named.is_empty());
+    let one = one.ok_or_else(|| {
+        let help = "the city has a `preset` by district; streets of a class have one";
+        Complaint::new("streets have one preset").hint(help).key("preset")
+    })?;
+    let nothing = || Complaint::new(format!("`{}` says nothing of streets", one.name())).key("preset");
+    let own = one.streets().ok_or_else(nothing)?;
+    let mut fill = |key: &str, value: Option<Dynamic>| {
+        if let (false, Some(value)) = (options.contains_key(key), value) {
+            options.insert(key.into(), value);
+        }
+    };
+    fill("pattern", Some(Dynamic::from(own.pattern.clone())));
+    fill(
+        "goals",
+        own.goals.clone().map(|goals| match goals {
+            GoalPlan::Rule(rule) => Dynamic::from(rule),
+            GoalPlan::Fixed(goal) => Dynamic::from(goal),
+        }),
+    );
+    let constraints: Array = own.constraints.iter().cloned().map(Dynamic::from).collect();
+    fill("constraints", (!constraints.is_empty()).then(|| constraints.into()));
+    fill("width", own.constant_width().map(Dynamic::from));
+    fill("smooth", own.smooth.map(Dynamic::from));
+    fill("reseed", own.reseed.map(Dynamic::from));
+    fill("least_dead_end", Some(own.least_dead_end.into()));
+    fill("least_network", Some(own.least_network.into()));
+    Ok(options)
 }
 
 /// A rule that tells what streets keep to, or a list of such rules.
@@ -234,7 +270,7 @@ pub(super) fn rules_of(
 }
 
 /// A rule that decides what a role needs.
-pub(super) fn rule_of(value: Dynamic, key: &str, kind: RuleKind) -> Result<Rule, Complaint> {
+pub(crate) fn rule_of(value: Dynamic, key: &str, kind: RuleKind) -> Result<Rule, Complaint> {
     let given = kind_of(&value);
     let named = value.read_lock::<ImmutableString>().map(|name| format!("write rule(\"{}\")", *name));
     let help = named.unwrap_or_else(|| "write rule(\"folder/name\")".into());

@@ -1,6 +1,7 @@
 //! What a native word says when it refuses its arguments.
 
-use super::Fault;
+use super::{Fault, key_position};
+use crate::host::Source;
 use rhai::{Dynamic, EvalAltResult, Position};
 
 /// A native word's refusal: travels through Rhai as the payload of a run-time error.
@@ -50,6 +51,22 @@ impl Complaint {
     pub fn key(mut self, key: impl Into<String>) -> Self {
         self.key = Some(key.into());
         self
+    }
+}
+
+impl Complaint {
+    /// The fault of what a word of a script was given, once the script has run: placed on the option, or on the word.
+    pub fn in_call(self, word: &str, source: &Source) -> Fault {
+        if let Some(fault) = self.fault {
+            return *fault;
+        }
+        let lines = source.text.lines().zip(1..);
+        let is_call = |line: &str| line.trim_start().starts_with(&format!("{word}("));
+        let call = lines.clone().find(|(line, _)| is_call(line)).map_or(0, |(_, number)| number);
+        let key = self.key.as_deref().unwrap_or_default();
+        let place = key_position(&source.text, call, 1, key).filter(|_| !key.is_empty());
+        let (line, column) = place.unwrap_or((call, u32::from(call > 0)));
+        Fault { line, column, ..Fault::new(&source.path, self.message).with_hint(self.hint) }
     }
 }
 

@@ -29,7 +29,7 @@ pub trait Library: Send + Sync + Debug {
 }
 
 /// The files of the `rules` folder, embedded: name with `.rhai`, text.
-const EMBEDDED: [(&str, &str); 16] = [
+const EMBEDDED: [(&str, &str); 30] = [
     ("buildings/extruded.rhai", include_str!("../../../../rules/buildings/extruded.rhai")),
     ("buildings/zoned.rhai", include_str!("../../../../rules/buildings/zoned.rhai")),
     ("constraints/clear_of_parks.rhai", include_str!("../../../../rules/constraints/clear_of_parks.rhai")),
@@ -38,6 +38,20 @@ const EMBEDDED: [(&str, &str); 16] = [
     ("goals/settled.rhai", include_str!("../../../../rules/goals/settled.rhai")),
     ("parcels/recursive.rhai", include_str!("../../../../rules/parcels/recursive.rhai")),
     ("parcels/zoned.rhai", include_str!("../../../../rules/parcels/zoned.rhai")),
+    ("presets/avenues.rhai", include_str!("../../../../rules/presets/avenues.rhai")),
+    ("presets/boulevard_radial.rhai", include_str!("../../../../rules/presets/boulevard_radial.rhai")),
+    ("presets/campus.rhai", include_str!("../../../../rules/presets/campus.rhai")),
+    ("presets/curved_suburb.rhai", include_str!("../../../../rules/presets/curved_suburb.rhai")),
+    ("presets/garden_city.rhai", include_str!("../../../../rules/presets/garden_city.rhai")),
+    ("presets/highways.rhai", include_str!("../../../../rules/presets/highways.rhai")),
+    ("presets/hillside_contour.rhai", include_str!("../../../../rules/presets/hillside_contour.rhai")),
+    ("presets/industrial_grid.rhai", include_str!("../../../../rules/presets/industrial_grid.rhai")),
+    ("presets/medieval_core.rhai", include_str!("../../../../rules/presets/medieval_core.rhai")),
+    ("presets/mountain_road.rhai", include_str!("../../../../rules/presets/mountain_road.rhai")),
+    ("presets/perimeter_blocks.rhai", include_str!("../../../../rules/presets/perimeter_blocks.rhai")),
+    ("presets/raster_downtown.rhai", include_str!("../../../../rules/presets/raster_downtown.rhai")),
+    ("presets/village.rhai", include_str!("../../../../rules/presets/village.rhai")),
+    ("presets/waterfront.rhai", include_str!("../../../../rules/presets/waterfront.rhai")),
     ("streets/contour.rhai", include_str!("../../../../rules/streets/contour.rhai")),
     ("streets/corniche.rhai", include_str!("../../../../rules/streets/corniche.rhai")),
     ("streets/grid.rhai", include_str!("../../../../rules/streets/grid.rhai")),

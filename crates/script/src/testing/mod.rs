@@ -15,6 +15,7 @@ mod trial;
 
 pub use coverage::{Branch, Coverage};
 pub use desk::Snapshot;
+pub(crate) use standard::{SIDE, features_of, standard_site};
 pub use town::{Datum, Feature, Laboratory, Town, TownError};
 pub use trial::Trial;
 

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Side of a standard site, metres.
-pub(super) const SIDE: f64 = 600.0;
+pub(crate) const SIDE: f64 = 600.0;
 
 /// Something that a standard site may have.
 pub(super) struct Feature {
@@ -61,16 +61,22 @@ fn centres(at: Vec2) -> f64 {
     400.0 + peaks.iter().map(|&((x, y), radius, people)| people * mound(at, Vec2::new(x, y), radius)).sum::<f64>()
 }
 
-/// A square site with features.
+/// A square site with features, as scripts hold it.
 pub(super) fn standard(side: f64, names: &[&str]) -> SiteHandle {
+    let plan = standard_site(side, names);
+    let maps = plan.drawn.keys().cloned().collect();
+    SiteHandle::new(plan, SiteInfo { size: Some(Vec2::splat(side)), maps })
+}
+
+/// A square site with features.
+pub(crate) fn standard_site(side: f64, names: &[&str]) -> SitePlan {
     let mut plan = SitePlan { size: Some(Vec2::splat(side)), ..SitePlan::default() };
     for feature in FEATURES.iter().filter(|feature| names.contains(&feature.name)) {
         let scale = if feature.is_length { side / 1000.0 } else { 1.0 };
         let map = drawn_map(Vec2::splat(side), |at| (feature.at)(at / side) * scale);
         plan.drawn.insert(feature.map.to_owned(), Arc::new(map));
     }
-    let maps = plan.drawn.keys().cloned().collect();
-    SiteHandle::new(plan, SiteInfo { size: Some(Vec2::splat(side)), maps })
+    plan
 }
 
 pub(super) fn register(engine: &mut Engine) {
@@ -83,7 +89,7 @@ pub(super) fn register(engine: &mut Engine) {
             "/// A site of 600 m with one of these, or a list of them: slope, hill, shore, river, park, people, centres, \
              zones, low, old_town.",
         ])
-        .register_into_engine(engine, |features: Dynamic| Ok::<_, Refusal>(standard(SIDE, &names(&features)?)));
+        .register_into_engine(engine, |features: Dynamic| Ok::<_, Refusal>(standard(SIDE, &features_of(&features)?)));
     FuncRegistration::new("standard")
         .with_params_info(["features", "side"])
         .with_comments(["/// The same, so many metres wide and high."])
@@ -92,12 +98,12 @@ pub(super) fn register(engine: &mut Engine) {
             if !(50.0..=5000.0).contains(&side) {
                 return Err(Complaint::new("a standard site is from 50 to 5000 m wide").into());
             }
-            Ok::<_, Refusal>(standard(side, &names(&features)?))
+            Ok::<_, Refusal>(standard(side, &features_of(&features)?))
         });
 }
 
 /// The features that a text or a list names.
-fn names(features: &Dynamic) -> Result<Vec<&'static str>, Complaint> {
+pub(crate) fn features_of(features: &Dynamic) -> Result<Vec<&'static str>, Complaint> {
     let each = features.read_lock::<Array>().map_or_else(|| vec![features.clone()], |list| list.clone());
     each.iter().map(name).collect()
 }

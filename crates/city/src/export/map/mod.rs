@@ -36,6 +36,8 @@ pub struct MapOptions {
     pub extent: Option<Bounds>,
     /// Places to mark above all else, such as those where rules failed.
     pub marks: Vec<Mark>,
+    /// Draws the map alone, up to the rim of the page: no title, legend or scale.
+    pub is_bare: bool,
 }
 
 /// A place to mark.
@@ -49,7 +51,15 @@ pub struct Mark {
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self { longest_side: 3000, title: None, attribution: None, colour_by: None, extent: None, marks: Vec::new() }
+        Self {
+            longest_side: 3000,
+            title: None,
+            attribution: None,
+            colour_by: None,
+            extent: None,
+            marks: Vec::new(),
+            is_bare: false,
+        }
     }
 }
 
@@ -119,7 +129,9 @@ fn draw(city: &City, options: &MapOptions, view: &View, colouring: Option<&Colou
         Some(colouring) => layers::draw_coloured(city, view, colouring, page),
         None => layers::draw(city, view, page),
     }
-    furniture::draw(city, options, view, colouring, page);
+    if !options.is_bare {
+        furniture::draw(city, options, view, colouring, page);
+    }
     landmarks::draw_marks(&options.marks, view, page);
 }
 

@@ -41,12 +41,16 @@ impl View {
         let bounds = shown(city, options.extent);
         let (low, size) = (bounds.min.metres(), bounds.size().max(Vec2::ONE));
         let word = (longest / 105.0) as f32;
-        let (border, footer) = (f64::from(word) * 1.6, f64::from(word) * (9.0 + ROW * (rows.max(1) - 1) as f64));
+        let (border, footer) = match options.is_bare {
+            true => (0.0, 0.0),
+            false => (f64::from(word) * 1.6, f64::from(word) * (9.0 + ROW * (rows.max(1) - 1) as f64)),
+        };
         let room = Vec2::new(longest - 2.0 * border, longest - border - footer);
         let scale = (room / size).min_element().max(f64::MIN_POSITIVE);
         let map = size * scale;
         let height = map.y + border + footer;
-        let width = (map.x + 2.0 * border).max(LEAST_ASPECT * height);
+        let least = if options.is_bare { 0.0 } else { LEAST_ASPECT * height };
+        let width = (map.x + 2.0 * border).max(least);
         let corner = [((width - map.x) / 2.0) as f32, border as f32];
         let page = [width.ceil() as u32, height.ceil() as u32];
         Self { low, high: low + size, scale, corner, page, word }
