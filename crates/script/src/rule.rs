@@ -414,9 +414,8 @@ fn listen(engine: &mut Engine, notes: Notes) {
 }
 
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
-    let mut ast = engine
-        .compile(&source.text)
-        .map_err(|error| early_fault(engine, source, around, *Box::<EvalAltResult>::from(error)))?;
+    let compiled = crate::host::compile(engine, &source.text);
+    let mut ast = compiled.map_err(|error| early_fault(engine, source, around, *error))?;
     ast.set_source(source.path.as_str());
     Ok(ast)
 }

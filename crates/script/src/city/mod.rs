@@ -150,8 +150,8 @@ fn missing_rule(fault: Fault) -> Complaint {
 
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
     let words = || Vocabulary::of(engine, &AST::empty());
-    let compiled = engine.compile(&source.text);
-    let mut ast = compiled.map_err(|error| fault_of(*Box::<EvalAltResult>::from(error), source, around, &words()))?;
+    let compiled = crate::host::compile(engine, &source.text);
+    let mut ast = compiled.map_err(|error| fault_of(*error, source, around, &words()))?;
     ast.set_source(source.path.as_str());
     Ok(ast)
 }

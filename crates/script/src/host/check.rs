@@ -58,6 +58,20 @@ pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str],
     in_order(faults)
 }
 
+/// A closure that uses a variable from around it, by the variable: refused, before anything runs. What a closure holds is
+/// shared, and so could hold itself, which is never freed; could hold a closure in a closure without an end, which overflows
+/// the stack when it is dropped; and could be asked for what is being changed, where each try waits.
+pub(super) fn captured(ast: &AST) -> Option<(String, Position)> {
+    let mut found = None;
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Stmt(Stmt::Share(names))) = path.last() {
+            found = found.take().or_else(|| names.first().map(|(name, _)| (name.name.to_string(), name.pos)));
+        }
+        found.is_none()
+    });
+    found
+}
+
 /// The names of all properties that a script asks for, of whatever.
 pub(crate) fn properties(ast: &AST) -> BTreeSet<String> {
     let mut found = BTreeSet::new();

@@ -1,12 +1,15 @@
 //! The one place where a Rhai engine is made.
 
+use super::check::captured;
 use super::maths;
 use super::resolver::Resolver;
-use rhai::Engine;
+use super::texts;
+use crate::fault::{Complaint, Refusal};
 use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
     LogicPackage, MoreStringPackage, Package,
 };
+use rhai::{AST, Engine, Position};
 
 /// How much a script may do in one go.
 #[derive(Clone, Copy, Debug)]
@@ -15,15 +18,17 @@ pub(crate) struct Limits {
     pub operations: u64,
     /// Elements of a list, all nested ones counted.
     pub elements: usize,
+    /// Entries of a map, all nested ones counted.
+    pub entries: usize,
     /// Characters of a text.
     pub characters: usize,
 }
 
 impl Limits {
     /// For a rule: it is called a million times.
-    pub const RULE: Self = Self { operations: 100_000, elements: 1_000, characters: 10_000 };
+    pub const RULE: Self = Self { operations: 100_000, elements: 1_000, entries: 200, characters: 10_000 };
     /// For a city script: it runs once, and may list streets point by point.
-    pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, characters: 100_000 };
+    pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, entries: 2_000, characters: 100_000 };
 }
 
 /// Calls inside calls.
@@ -41,13 +46,15 @@ const EXPRESSION_DEPTH: usize = 48;
 ///   lists and maps, variables, functions, imports.
 /// - **Strict.** Unknown variables are errors when a file is read; so are unknown keys of maps when asked for. A variable
 ///   may be declared again (shadowed), as in Rust.
+/// - **Closures see their arguments only**, as functions do ([`compile`]); there is no `curry`, which does the same.
 /// - **Imports** go through [`Resolver`]: inside the libraries only, cycles refused, each file read once.
 /// - `print` and `debug` say nothing until the owner of the engine listens.
 pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
     let mut engine = Engine::new_raw();
     packages(&mut engine);
     maths::register(&mut engine);
-    for symbol in ["eval", "**", "**="] {
+    texts::register(&mut engine, limits.characters);
+    for symbol in ["eval", "curry", "**", "**="] {
         engine.disable_symbol(symbol);
     }
     engine
@@ -55,7 +62,7 @@ pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
         .set_fail_on_invalid_map_property(true)
         .set_max_operations(limits.operations)
         .set_max_array_size(limits.elements)
-        .set_max_map_size(1_000)
+        .set_max_map_size(limits.entries)
         .set_max_string_size(limits.characters)
         .set_max_call_levels(CALL_LEVELS)
         .set_max_expr_depths(EXPRESSION_DEPTH, EXPRESSION_DEPTH)
@@ -64,6 +71,40 @@ pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
         .set_max_modules(50)
         .set_module_resolver(resolver);
     engine
+}
+
+/// Lines of a script, and letters of a line: Rhai counts both with 16 bits, and takes what stands behind for nowhere.
+const LONGEST: usize = 60_000;
+
+/// Reads a script, and refuses what the engine itself would let pass.
+pub(crate) fn compile(engine: &Engine, text: &str) -> Result<AST, Refusal> {
+    measure(text)?;
+    let ast = engine.compile(text)?;
+    let Some((name, at)) = captured(&ast) else { return Ok(ast) };
+    let mut refusal: Refusal = Complaint::new(format!("a closure does not see the variable `{name}`"))
+        .hint("it sees its own arguments and, as `global::NAME`, the constants of its file: use a loop instead")
+        .into();
+    refusal.set_position(at);
+    Err(refusal)
+}
+
+/// Refuses a script that is longer or wider than places in it can be told.
+fn measure(text: &str) -> Result<(), Refusal> {
+    let told = |what: &str, line: usize| {
+        let mut refusal: Refusal = Complaint::new(format!("{what} at most {LONGEST}")).into();
+        refusal.set_position(Position::new(line as u16, 1));
+        refusal
+    };
+    for (number, line) in text.split('\n').enumerate() {
+        if number >= LONGEST {
+            return Err(told("the lines of a script are", LONGEST));
+        }
+        // Letters have at least one byte.
+        if line.len() > LONGEST && line.chars().count() > LONGEST {
+            return Err(told("the letters of a line are", number + 1));
+        }
+    }
+    Ok(())
 }
 
 fn packages(engine: &mut Engine) {

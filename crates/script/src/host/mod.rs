@@ -7,11 +7,12 @@ mod library;
 mod maths;
 mod resolver;
 mod settle;
+mod texts;
 mod vocabulary;
 
 pub(crate) use call::{Caller, Handle, Located};
 pub(crate) use check::{first_call, miscounted_calls, named_rules, properties, undeclared, unknown_words};
-pub(crate) use engine::{Limits, engine};
+pub(crate) use engine::{Limits, compile, engine};
 pub use library::{Embedded, Library, Source, Texts};
 pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric};
