@@ -179,7 +179,15 @@ fn out_of_list(length: usize, index: i64) -> Words {
 
 /// A native word's complaint, or what a script itself threw.
 fn thrown(payload: &Dynamic) -> Words {
-    let text = || Complaint::new(payload.to_string()).hint("the script itself throws this");
+    let text = || {
+        let text = match payload.to_string() {
+            text if text.trim().is_empty() => "the script throws an empty text".to_owned(),
+            // Rhai shows a native value as its Rust type.
+            text if text.contains("::") && !payload.is_string() => "the script throws a value without words".to_owned(),
+            text => text,
+        };
+        Complaint::new(text).hint("the script itself throws this")
+    };
     payload.read_lock::<Complaint>().map_or_else(text, |complaint| complaint.clone())
 }
 
@@ -200,8 +208,15 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
             Complaint::new(format!("no module is imported as `{name}`")).hint(format!("import \"…\" as {name};"))
         }
         ParseErrorType::Reserved(symbol) if symbol.starts_with("**") => powers_are_a_function(),
-        ParseErrorType::PropertyExpected => Complaint::new("expecting the name of a property")
-            .hint("keywords are no names: city(#{ … }) takes `imported`, not `import`"),
+        ParseErrorType::Reserved(word) if text::identifiers(word).any(|own| own == word) => {
+            Complaint::new(format!("there is no `{word}`")).hint("the language keeps this word: choose another name")
+        }
+        ParseErrorType::PropertyExpected => match not_a_name(diagnosis, file, at, "a property") {
+            words if words.hint.as_ref().is_some_and(|hint| hint.starts_with("`import`")) => {
+                words.hint("keywords are no names: city(#{ … }) takes `imported`, not `import`")
+            }
+            words => words,
+        },
         ParseErrorType::UnknownOperator(symbol) if symbol.starts_with("**") => powers_are_a_function(),
         ParseErrorType::VariableExpected => not_a_name(diagnosis, file, at, "a variable"),
         ParseErrorType::FnMissingName => not_a_name(diagnosis, file, at, "a function"),
@@ -258,6 +273,10 @@ fn powers_are_a_function() -> Words {
 fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
     let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ""));
     let given = arguments.trim_end_matches(')');
+    if name.contains(' ') {
+        // Some words of Rhai tell what is wrong in the place of a name.
+        return Complaint::new(name);
+    }
     let forms = vocabulary.forms_of(name);
     if !name.starts_with(|c: char| c.is_alphabetic() || c == '_') {
         let sides = split_types(given).map(plain_type).collect::<Vec<_>>().join(" and ");
