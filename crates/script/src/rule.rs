@@ -2,7 +2,7 @@
 
 use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
-    Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Texts, Vocabulary, engine, first_call,
+    Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary, engine, first_call,
     miscounted_calls, properties, undeclared, unknown_words,
 };
 use crate::names::nearest;
@@ -349,7 +349,7 @@ impl Rule {
         arguments: [Dynamic; N],
     ) -> Result<Dynamic, Box<EvalAltResult>> {
         // The limit is per call.
-        stage.global.num_operations = Default::default();
+        let _spending = Spending::start();
         stage.scope.clear();
         for (name, value) in entry.arguments.iter().zip(arguments) {
             stage.scope.push_dynamic(name.clone(), value);
@@ -422,6 +422,7 @@ fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AS
 
 /// Runs the top of the file once: parameters are declared, constants made, imports loaded.
 fn evaluate(engine: &Engine, ast: &AST, source: &Source, around: &Surroundings) -> Result<GlobalRuntimeState, Fault> {
+    let _spending = Spending::start();
     let mut state = engine.new_global_runtime_state();
     state.lib.push(ast.shared_lib().clone());
     state.source = Some(source.path.as_str().into());

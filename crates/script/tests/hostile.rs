@@ -114,6 +114,21 @@ const BODIES: &[(&str, &str, &str)] = &[
     ("loops by tiny steps", "for i in range(0.0, 1.0, 1e-308) { }", "stopped after 100000 operations"),
     ("loops in what it catches", "try { loop { } } catch { }", "stopped after 100000 operations"),
     ("catches every error", "loop { try { throw 1; } catch { } }", "stopped after 100000 operations"),
+    (
+        "loops in callbacks of callbacks",
+        "let l = []; l.pad(1000, 1); l.map(|x| { let l = []; l.pad(1000, 1); l.map(|x| { let l = []; l.pad(1000, 1); l.map(|x| x); }); });",
+        "stopped after 100000 operations",
+    ),
+    (
+        "fails in callbacks, and catches it",
+        "loop { try { [1].map(|x| { for i in 0..10_000 { x += i; } throw x; }); } catch { } }",
+        "stopped after 100000 operations",
+    ),
+    (
+        "loops while it sorts",
+        "let l = []; for i in 0..600 { l.push(i); } l.sort(|a, b| { loop { } }); l.dedup(|a, b| { loop { } }); tip.ahead(1);",
+        "stopped after 100000 operations",
+    ),
     ("lists a range", "let l = []; for i in 0..1000000000 { l.push(i); }", "a list grew too large"),
     ("doubles a list", "let l = [1]; loop { l += l; }", "a list grew too large"),
     ("nests a list", "let l = []; loop { l = [l, l]; }", "a list grew too large"),

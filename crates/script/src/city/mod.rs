@@ -11,7 +11,9 @@ mod within;
 pub use site::{SiteInfo, SiteRequest, Sites};
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
-use crate::host::{Limits, Resolver, Source, Vocabulary, engine, miscounted_calls, named_rules, unknown_words};
+use crate::host::{
+    Limits, Resolver, Source, Spending, Vocabulary, engine, miscounted_calls, named_rules, unknown_words,
+};
 use crate::plan::Plan;
 use crate::rule::{Rule, Surroundings};
 use rhai::{AST, Dynamic, Engine, EvalAltResult, FuncRegistration, Map, Scope};
@@ -108,6 +110,7 @@ fn run(
     words: &Vocabulary,
     desk: &Desk,
 ) -> Result<Evaluated, Fault> {
+    let _spending = Spending::start();
     let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), ast));
     let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
     result.map_err(|error| fault_of(*error, source, around, words))?;

@@ -3,6 +3,7 @@
 use super::check::captured;
 use super::maths;
 use super::resolver::Resolver;
+use super::spending;
 use super::texts;
 use crate::fault::{Complaint, Refusal};
 use rhai::packages::{
@@ -54,13 +55,13 @@ pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
     packages(&mut engine);
     maths::register(&mut engine);
     texts::register(&mut engine, limits.characters);
+    spending::limit(&mut engine, limits.operations);
     for symbol in ["eval", "curry", "**", "**="] {
         engine.disable_symbol(symbol);
     }
     engine
         .set_strict_variables(true)
         .set_fail_on_invalid_map_property(true)
-        .set_max_operations(limits.operations)
         .set_max_array_size(limits.elements)
         .set_max_map_size(limits.entries)
         .set_max_string_size(limits.characters)

@@ -7,6 +7,7 @@ mod library;
 mod maths;
 mod resolver;
 mod settle;
+mod spending;
 mod texts;
 mod vocabulary;
 
@@ -18,6 +19,7 @@ pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric};
 pub(crate) use resolver::{Modules, Reading, Resolver};
 pub(crate) use settle::Settling;
+pub(crate) use spending::Spending;
 pub(crate) use vocabulary::Vocabulary;
 
 use crate::fault::plain_type;

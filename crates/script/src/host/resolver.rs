@@ -2,6 +2,7 @@
 
 use super::engine::compile;
 use super::library::{Shelves, Texts};
+use super::spending::{spend, spent};
 use crate::fault::{Complaint, Fault};
 use geom::Id;
 use rhai::{AST, Engine, EvalAltResult, GlobalRuntimeState, Module, ModuleResolver, Position, Scope, Shared};
@@ -62,44 +63,41 @@ impl Resolver {
         self.readings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn load(&self, engine: &Engine, around: &mut GlobalRuntimeState, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
+    fn load(&self, engine: &Engine, level: usize, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
         let known = self.modules.read().unwrap_or_else(PoisonError::into_inner).get(name).cloned();
         if let Some(LoadedModule(loaded)) = known {
-            around.num_operations += loaded.operations;
+            spend(loaded.operations);
             return Ok(loaded);
         }
         let _open = Opened::new(name)?;
-        let loaded = self.read(engine, around, name)?;
+        let loaded = self.read(engine, level, name)?;
         let mut modules = self.modules.write().unwrap_or_else(PoisonError::into_inner);
         modules.insert(name.to_owned(), LoadedModule(loaded.clone()));
         Ok(loaded)
     }
 
-    fn read(&self, engine: &Engine, around: &mut GlobalRuntimeState, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
-        let before = around.num_operations;
-        around.num_operations += OPERATIONS;
+    fn read(&self, engine: &Engine, level: usize, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
+        let before = spent();
+        spend(OPERATIONS);
         let source = self.shelves.read(name).map_err(complaint_of)?;
-        around.num_operations += source.text.len() as u64 / BYTES;
+        spend(source.text.len() as u64 / BYTES);
         self.texts.keep(&source);
         let inside = |error| EvalAltResult::ErrorInModule(source.path.clone(), error, Position::NONE);
         let mut ast = compile(engine, &source.text).map_err(inside)?;
         ast.set_source(source.path.as_str());
-        let module = evaluated(engine, around, &ast).map_err(inside)?;
+        let module = evaluated(engine, level, &ast).map_err(inside)?;
         let mut readings =
             OPEN.with_borrow_mut(|open| open.last_mut().map(|(_, r)| std::mem::take(r))).unwrap_or_default();
         readings.insert((name.to_owned(), Id::of_text("script", &source.text)));
-        Ok(Loaded { module: module.into(), readings, operations: around.num_operations - before })
+        Ok(Loaded { module: module.into(), readings, operations: spent() - before })
     }
 }
 
-/// Runs a file on what is left of the operations and call levels of the script that imports it.
-fn evaluated(engine: &Engine, around: &mut GlobalRuntimeState, ast: &AST) -> Result<Module, Box<EvalAltResult>> {
+/// Runs a file on what is left of the call levels of the script that imports it.
+fn evaluated(engine: &Engine, level: usize, ast: &AST) -> Result<Module, Box<EvalAltResult>> {
     let mut own = engine.new_global_runtime_state();
-    own.level = around.level;
-    own.num_operations = around.num_operations;
-    let module = Module::eval_ast_as_new_raw(engine, &mut Scope::new(), &mut own, ast);
-    around.num_operations = own.num_operations;
-    module
+    own.level = level;
+    Module::eval_ast_as_new_raw(engine, &mut Scope::new(), &mut own, ast)
 }
 
 impl ModuleResolver for Resolver {
@@ -122,7 +120,7 @@ impl ModuleResolver for Resolver {
         at: Position,
     ) -> Result<Shared<Module>, Box<EvalAltResult>> {
         let name = path.strip_suffix(".rhai").unwrap_or(path);
-        let loaded = self.load(engine, around, name).map_err(|mut error| {
+        let loaded = self.load(engine, around.level, name).map_err(|mut error| {
             if error.position().is_none() && !matches!(*error, EvalAltResult::ErrorInModule(..)) {
                 error.set_position(at);
             }
