@@ -114,6 +114,7 @@ const BODIES: &[(&str, &str, &str)] = &[
     ("loops by tiny steps", "for i in range(0.0, 1.0, 1e-308) { }", "stopped after 100000 operations"),
     ("loops in what it catches", "try { loop { } } catch { }", "stopped after 100000 operations"),
     ("catches every error", "loop { try { throw 1; } catch { } }", "stopped after 100000 operations"),
+    ("hides code behind a comment", "// nothing\rloop { }", "a carriage return stands within this line"),
     (
         "loops in callbacks of callbacks",
         "let l = []; l.pad(1000, 1); l.map(|x| { let l = []; l.pad(1000, 1); l.map(|x| { let l = []; l.pad(1000, 1); l.map(|x| x); }); });",

@@ -89,20 +89,27 @@ pub(crate) fn compile(engine: &Engine, text: &str) -> Result<AST, Refusal> {
     Err(refusal)
 }
 
-/// Refuses a script that is longer or wider than places in it can be told.
+/// Refuses a script whose places cannot be told: one that is too long or too wide, or has a carriage return within a line.
+/// That ends a comment and a line to Rhai, but not to whoever reads the script.
 fn measure(text: &str) -> Result<(), Refusal> {
-    let told = |what: &str, line: usize| {
-        let mut refusal: Refusal = Complaint::new(format!("{what} at most {LONGEST}")).into();
-        refusal.set_position(Position::new(line as u16, 1));
+    let told = |message: String, help: &str, line: usize, column: usize| {
+        let mut refusal: Refusal = Complaint::new(message).hint(help).into();
+        refusal.set_position(Position::new(line as u16, column as u16));
         refusal
     };
     for (number, line) in text.split('\n').enumerate() {
         if number >= LONGEST {
-            return Err(told("the lines of a script are", LONGEST));
+            let message = format!("the lines of a script are at most {LONGEST}");
+            return Err(told(message, "share it out between files that import each other", LONGEST, 1));
         }
         // Letters have at least one byte.
         if line.len() > LONGEST && line.chars().count() > LONGEST {
-            return Err(told("the letters of a line are", number + 1));
+            let message = format!("the letters of a line are at most {LONGEST}");
+            return Err(told(message, "break it into several", number + 1, 1));
+        }
+        if let Some(at) = line.strip_suffix('\r').unwrap_or(line).find('\r') {
+            let (message, help) = ("a carriage return stands within this line", "save the script with other line ends");
+            return Err(told(message.to_owned(), help, number + 1, line[..at].chars().count() + 1));
         }
     }
     Ok(())
