@@ -168,5 +168,9 @@ fn whatever_is_written_is_a_rule_or_a_fault() {
     let shown = failures.iter().take(MOST_SHOWN).cloned().collect::<String>();
     assert!(failures.is_empty(), "{} failures\n{heads}\nsuch as\n{shown}", failures.len());
     assert!(memory.is_none_or(|kib| kib < MOST_MEMORY_KIB), "{memory:?} KiB of memory");
-    assert!(loaded * 10 > end - from, "too few mutants can be loaded to test what they do: {loaded}");
+    // Of a few mutants none may load.
+    assert!(
+        end - from < 200 || loaded * 10 > end - from,
+        "too few mutants can be loaded to test what they do: {loaded}"
+    );
 }
