@@ -1,12 +1,19 @@
 //! "Did you mean …": the name nearest to one that is not there.
 
+/// Longer names, in bytes, are near to none: to compare two of a million letters takes more memory than there is.
+const LONGEST: usize = 100;
+
 /// The name of `present` most like `wanted`, if any is near: few letters changed, or one starts with the other. Of equally
 /// near names the first in alphabetical order.
 pub(crate) fn nearest<'a>(wanted: &str, present: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if wanted.len() > LONGEST {
+        return None;
+    }
     let folded = wanted.to_lowercase();
     let allowed = (folded.chars().count() + 1) / 3;
     present
         .into_iter()
+        .filter(|name| name.len() <= LONGEST)
         .map(|name| (likeness(&folded, &name.to_lowercase()), name))
         .filter(|&(distance, name)| distance <= allowed && name != wanted)
         .min()
@@ -80,5 +87,7 @@ mod tests {
         assert_eq!(nearest("zzzzzz", present), None);
         assert_eq!(hint("zz", ["b", "a"]).as_deref(), Some("there are `a`, `b`"));
         assert_eq!(hint("zz", []), None);
+        let long = "x".repeat(1_000_000);
+        assert_eq!((nearest(&long, [long.as_str(), "x"]), nearest("x", [long.as_str()])), (None, None));
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
-    Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Texts, Vocabulary, engine, first_call,
-    miscounted_calls, properties, undeclared, unknown_words,
+    Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary, engine,
+    first_call, miscounted_calls, properties, refuse_captures, undeclared, unknown_words,
 };
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
@@ -368,7 +368,7 @@ impl Rule {
         arguments: [Dynamic; N],
     ) -> Result<Dynamic, Box<EvalAltResult>> {
         // The limit is per call.
-        stage.global.num_operations = Default::default();
+        let _spending = Spending::start();
         stage.scope.clear();
         for (name, value) in entry.arguments.iter().zip(arguments) {
             stage.scope.push_dynamic(name.clone(), value);
@@ -458,11 +458,13 @@ fn listen(engine: &mut Engine, notes: Notes) {
 }
 
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
-    let mut ast = engine
-        .compile(&source.text)
-        .map_err(|error| early_fault(engine, source, around, *Box::<EvalAltResult>::from(error)))?;
+    let compiled = crate::host::compile(engine, &source.text, Closures::InPlace);
+    let mut ast = compiled.map_err(|error| early_fault(engine, source, around, *error))?;
     ast.set_source(source.path.as_str());
     leave_out_tests(&mut ast);
+    // Tests may see more.
+    let refused = refuse_captures(&ast, Closures::Closed);
+    refused.map_err(|error| early_fault(engine, source, around, *error))?;
     Ok(ast)
 }
 
@@ -496,6 +498,7 @@ fn leave_out_tests(ast: &mut AST) {
 
 /// Runs the top of the file once: parameters are declared, constants made, imports loaded.
 fn evaluate(engine: &Engine, ast: &AST, source: &Source, around: &Surroundings) -> Result<GlobalRuntimeState, Fault> {
+    let _spending = Spending::start();
     let mut state = engine.new_global_runtime_state();
     state.lib.push(ast.shared_lib().clone());
     state.source = Some(source.path.as_str().into());

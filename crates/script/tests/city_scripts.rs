@@ -139,13 +139,14 @@ fn quarters_differ_in_what_they_say() {
     };
     plan.set("minors.pattern.block_width=120").expect("in range");
     plan.set("minors.pattern.block_length=300").expect("in range");
-    let here = plan.rule_in(Some(quarter), "minors.pattern");
+    let rule_in = |quarter: Id, role: &str| plan.in_quarter(Some(quarter)).rule_of(role).cloned();
+    let here = rule_in(quarter, "minors.pattern");
     assert_eq!(number(here.clone(), "block_width"), Some(Literal::Number(90.0)));
     assert_eq!(number(here, "block_length"), Some(Literal::Number(300.0)));
-    assert_eq!(number(plan.rule_in(Some(Id(1)), "minors.pattern"), "block_width"), Some(Literal::Number(120.0)));
-    assert_eq!(number(plan.rule_in(Some(quarter), "parcels"), "least_area"), Some(Literal::Number(300.0)));
+    assert_eq!(number(rule_in(Id(1), "minors.pattern"), "block_width"), Some(Literal::Number(120.0)));
+    assert_eq!(number(rule_in(quarter, "parcels"), "least_area"), Some(Literal::Number(300.0)));
     assert_eq!((plan.seed_in(quarter), plan.seed_in(Id(1))), (Some(7), None));
-    assert!(plan.rule_in(None, "majors.roof").is_none());
+    assert!(plan.rule_of("majors.roof").is_none());
 }
 
 #[test]
@@ -347,7 +348,7 @@ fn quarters_differ_in_one_of_several_patterns() {
     let plan =
         quarter("branching: 0.2, \"minors.pattern.grid2.block_width\": 70").unwrap_or_else(|fault| panic!("{fault}"));
     let id: Id = "0123456789abcdef0123456789abcdef".parse().expect("an id");
-    let own = plan.pattern_in(Some(id), "minors.pattern", &plan.minors.as_ref().expect("minors").pattern);
+    let own = plan.in_quarter(Some(id)).minors.clone().expect("minors").pattern;
     let value = |part: usize, name: &str| own.parts()[part].rule.params().get(name).cloned();
     assert_eq!(value(0, "branching"), Some(Literal::Number(0.2).into()));
     assert_eq!(

@@ -184,6 +184,18 @@ fn circles_of_imports_are_told() {
 }
 
 #[test]
+fn an_import_takes_the_same_of_the_limit_whoever_came_first() {
+    let wait = "let i = 0;\nwhile i < 10_000 { i += 1; }\n";
+    let host = script::Host::new(vec![shelf(&[("long.rhai", wait)])]);
+    let load = |text: &str| host.rule_of("mine", &common::source(&format!("{text}fn propose(tip, p) {{ }}")));
+    let both = format!("import \"long\" as l;\n{wait}");
+    let first = load(&both).expect_err("too long");
+    assert_eq!(first.message, "stopped after 100000 operations");
+    assert!(load(wait).is_ok() && load("import \"long\" as l;\n").is_ok(), "each alone is within the limit");
+    assert_eq!(load(&both).expect_err("too long"), first);
+}
+
+#[test]
 fn a_rule_may_use_another_without_its_parameters() {
     let other = "params(#{ a: metres(3) });\nfn propose(tip, p) { tip.ahead(5) }";
     let text = "import \"other\" as other;\nparams(#{ b: metres(4) });\nfn propose(tip, p) { other::propose(tip, p); }";

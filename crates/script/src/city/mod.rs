@@ -16,7 +16,9 @@ pub use site::{SiteInfo, SiteRequest, Sites};
 pub(crate) use streets::{rule_of, streets as street_plan};
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
-use crate::host::{Limits, Resolver, Source, Vocabulary, engine, miscounted_calls, named_rules, unknown_words};
+use crate::host::{
+    Closures, Limits, Resolver, Source, Spending, Vocabulary, engine, miscounted_calls, named_rules, unknown_words,
+};
 use crate::plan::Plan;
 use crate::preset::{Preset, full_name};
 use crate::rule::{Rule, Surroundings};
@@ -114,6 +116,7 @@ fn run(
     words: &Vocabulary,
     desk: &Desk,
 ) -> Result<Evaluated, Fault> {
+    let _spending = Spending::start();
     let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), ast));
     let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
     result.map_err(|error| fault_of(*error, source, around, words))?;
@@ -156,8 +159,8 @@ fn missing_rule(fault: Fault) -> Complaint {
 
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
     let words = || Vocabulary::of(engine, &AST::empty());
-    let compiled = engine.compile(&source.text);
-    let mut ast = compiled.map_err(|error| fault_of(*Box::<EvalAltResult>::from(error), source, around, &words()))?;
+    let compiled = crate::host::compile(engine, &source.text, Closures::InPlace);
+    let mut ast = compiled.map_err(|error| fault_of(*error, source, around, &words()))?;
     ast.set_source(source.path.as_str());
     Ok(ast)
 }
@@ -239,6 +242,7 @@ pub(crate) fn preset_engine(source: &Source, around: &Surroundings) -> Result<Ma
     if let Some(fault) = unknown_words(&ast, &source.path, &words).into_iter().next() {
         return Err(fault.measured(&around.texts));
     }
+    let _spending = Spending::start();
     let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), &ast));
     let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
     result.map_err(|error| fault_of(*error, source, around, &words))?;

@@ -126,7 +126,7 @@ fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, spot: &Spot) -> Wor
         E::ErrorVariableNotFound(name, _) => unknown_variable(&name, diagnosis, file),
         E::ErrorPropertyNotFound(name, _) => Complaint::new(format!("there is no `{name}` in this map")),
         E::ErrorDotExpr(message, _) => unknown_property(&message, diagnosis.vocabulary),
-        E::ErrorTooManyOperations(_) => {
+        E::ErrorTerminated(..) => {
             let limit = diagnosis.operations;
             Complaint::new(format!("stopped after {limit} operations")).hint("is there an endless loop?")
         }
@@ -179,7 +179,15 @@ fn out_of_list(length: usize, index: i64) -> Words {
 
 /// A native word's complaint, or what a script itself threw.
 fn thrown(payload: &Dynamic) -> Words {
-    let text = || Complaint::new(payload.to_string()).hint("the script itself throws this");
+    let text = || {
+        let text = match payload.to_string() {
+            text if text.trim().is_empty() => "the script throws an empty text".to_owned(),
+            // Rhai shows a native value as its Rust type.
+            text if text.contains("::") && !payload.is_string() => "the script throws a value without words".to_owned(),
+            text => text,
+        };
+        Complaint::new(text).hint("the script itself throws this")
+    };
     payload.read_lock::<Complaint>().map_or_else(text, |complaint| complaint.clone())
 }
 
@@ -199,13 +207,19 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
         ParseErrorType::ModuleUndefined(name) => {
             Complaint::new(format!("no module is imported as `{name}`")).hint(format!("import \"…\" as {name};"))
         }
-        ParseErrorType::Reserved(symbol) if symbol != "eval" && symbol.chars().all(char::is_alphabetic) => {
-            let help = format!("take another name; as a key of a map it stands in quotes: \"{symbol}\"");
-            Complaint::new(format!("`{symbol}` is a word that the language keeps for itself")).hint(help)
-        }
         ParseErrorType::Reserved(symbol) if symbol.starts_with("**") => powers_are_a_function(),
-        ParseErrorType::PropertyExpected => Complaint::new("expecting the name of a property")
-            .hint("keywords are no names: city(#{ … }) takes `imported`, not `import`"),
+        ParseErrorType::Reserved(word) if text::identifiers(word).any(|own| own == word) => {
+            let help = format!(
+                "the language keeps this word: choose another name; as a key of a map it stands in quotes, \"{word}\""
+            );
+            Complaint::new(format!("there is no `{word}`")).hint(help)
+        }
+        ParseErrorType::PropertyExpected => match not_a_name(diagnosis, file, at, "a property") {
+            words if words.hint.as_ref().is_some_and(|hint| hint.starts_with("`import`")) => {
+                words.hint("keywords are no names: city(#{ … }) takes `imported`, not `import`")
+            }
+            words => words,
+        },
         ParseErrorType::UnknownOperator(symbol) if symbol.starts_with("**") => powers_are_a_function(),
         ParseErrorType::VariableExpected => not_a_name(diagnosis, file, at, "a variable"),
         ParseErrorType::FnMissingName => not_a_name(diagnosis, file, at, "a function"),
@@ -262,6 +276,10 @@ fn powers_are_a_function() -> Words {
 fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
     let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ""));
     let given = arguments.trim_end_matches(')');
+    if name.contains(' ') {
+        // Some words of Rhai tell what is wrong in the place of a name.
+        return Complaint::new(name);
+    }
     let forms = vocabulary.forms_of(name);
     if !name.starts_with(|c: char| c.is_alphabetic() || c == '_') {
         let sides = split_types(given).map(plain_type).collect::<Vec<_>>().join(" and ");

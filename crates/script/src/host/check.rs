@@ -1,6 +1,6 @@
 //! What can be found wrong in a script before it runs. Rhai itself finds it only when it is reached.
 
-use super::Vocabulary;
+use super::{Closures, Vocabulary};
 use crate::fault::{Fault, plural};
 use crate::names::{hint, nearest};
 use rhai::{AST, ASTNode, Expr, FnCallExpr, Position, Stmt};
@@ -56,6 +56,55 @@ pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str],
         statement.walk(&mut Vec::new(), &mut on_node);
     }
     in_order(faults)
+}
+
+/// A closure that uses a variable from around it where it may not, by the variable: refused, before anything runs. What a
+/// closure holds is shared, and so could hold itself, which is never freed; could hold a closure in a closure without an end,
+/// which overflows the stack when it is dropped; and could be asked for what is being changed, where each try waits. Where
+/// it is handed on at once to a word that does not keep it, and does not change what it holds, none of that can be.
+pub(super) fn captured(ast: &AST, closures: Closures) -> Option<(String, Position)> {
+    let mut found = None;
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let [around @ .., ASTNode::Expr(Expr::Stmt(_)), ASTNode::Stmt(Stmt::Share(names))] = path {
+            let names: Vec<&str> = names.iter().map(|(name, _)| name.name.as_str()).collect();
+            let is_kept = closures == Closures::Closed || !is_handed_on(around, &names);
+            found = found.take().or_else(|| is_kept.then(|| shared(path)).flatten());
+        } else if let Some(ASTNode::Stmt(Stmt::Share(_))) = path.last() {
+            found = found.take().or_else(|| shared(path));
+        }
+        found.is_none()
+    });
+    found
+}
+
+/// The first variable that a closure takes.
+fn shared(path: &[ASTNode<'_>]) -> Option<(String, Position)> {
+    match path.last() {
+        Some(ASTNode::Stmt(Stmt::Share(names))) => names.first().map(|(name, _)| (name.name.to_string(), name.pos)),
+        _ => None,
+    }
+}
+
+/// Words of lists that ask a closure and forget it.
+const ASKING: [&str; 7] = ["all", "filter", "find", "map", "reduce", "some", "index_of"];
+
+/// Whether a closure below these nodes, which takes variables, is an argument of a word that does not keep it: of `site`, or
+/// of a list that is none of these variables.
+fn is_handed_on(around: &[ASTNode<'_>], names: &[&str]) -> bool {
+    match around {
+        [.., ASTNode::Expr(Expr::FnCall(call, _)), ASTNode::Expr(Expr::Map(..))]
+        | [.., ASTNode::Stmt(Stmt::FnCall(call, _)), ASTNode::Expr(Expr::Map(..))] => call.name == "site",
+        [before @ .., ASTNode::Expr(Expr::MethodCall(call, _))] => {
+            let is_of = |node: &ASTNode<'_>| match node {
+                ASTNode::Expr(Expr::Dot(parts, ..) | Expr::Index(parts, ..)) => {
+                    matches!(&parts.lhs, Expr::Variable(of, ..) if names.contains(&of.1.as_str()))
+                }
+                _ => false,
+            };
+            ASKING.contains(&&*call.name) && !before.iter().rev().take(4).any(is_of)
+        }
+        _ => false,
+    }
 }
 
 /// The names of all properties that a script asks for, of whatever.
@@ -126,9 +175,10 @@ fn called<'a>(node: &ASTNode<'a>) -> Option<Called<'a>> {
     }
 }
 
-/// Whether a call names a function of this file or a word, and is no operator.
+/// Whether a call names a function of this file or a word, and is no operator, nor what Rhai makes of a closure that takes
+/// variables.
 fn is_plain(call: &FnCallExpr) -> bool {
-    let plain = call.namespace.is_empty() && call.op_token.is_none();
+    let plain = call.namespace.is_empty() && call.op_token.is_none() && call.name != "curry";
     plain && call.name.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 

@@ -1,12 +1,16 @@
 //! The one place where a Rhai engine is made.
 
+use super::check::captured;
 use super::maths;
 use super::resolver::Resolver;
-use rhai::Engine;
+use super::spending;
+use super::texts;
+use crate::fault::{Complaint, Refusal};
 use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
     LogicPackage, MoreStringPackage, Package,
 };
+use rhai::{AST, Engine, Position};
 
 /// How much a script may do in one go.
 #[derive(Clone, Copy, Debug)]
@@ -23,9 +27,9 @@ pub(crate) struct Limits {
 
 impl Limits {
     /// For a rule: it is called a million times.
-    pub const RULE: Self = Self { operations: 100_000, elements: 1_000, entries: 1_000, characters: 10_000 };
+    pub const RULE: Self = Self { operations: 100_000, elements: 1_000, entries: 200, characters: 10_000 };
     /// For a city script: it runs once, and may list streets point by point.
-    pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, entries: 1_000, characters: 100_000 };
+    pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, entries: 2_000, characters: 100_000 };
     /// For a test: it looks through all streets and parcels of a town.
     pub const TEST: Self =
         Self { operations: 20_000_000, elements: 1_000_000, entries: 1_000_000, characters: 1_000_000 };
@@ -46,19 +50,22 @@ const EXPRESSION_DEPTH: usize = 48;
 ///   lists and maps, variables, functions, imports.
 /// - **Strict.** Unknown variables are errors when a file is read; so are unknown keys of maps when asked for. A variable
 ///   may be declared again (shadowed), as in Rust.
+/// - **Closures see their arguments only**, as functions do ([`compile`]), in rules; elsewhere more where they are not kept.
+///   There is no `curry`, which would let them.
 /// - **Imports** go through [`Resolver`]: inside the libraries only, cycles refused, each file read once.
 /// - `print` and `debug` say nothing until the owner of the engine listens.
 pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
     let mut engine = Engine::new_raw();
     packages(&mut engine);
     maths::register(&mut engine);
-    for symbol in ["eval", "**", "**="] {
+    texts::register(&mut engine, limits.characters);
+    spending::limit(&mut engine, limits.operations);
+    for symbol in ["eval", "curry", "**", "**="] {
         engine.disable_symbol(symbol);
     }
     engine
         .set_strict_variables(true)
         .set_fail_on_invalid_map_property(true)
-        .set_max_operations(limits.operations)
         .set_max_array_size(limits.elements)
         .set_max_map_size(limits.entries)
         .set_max_string_size(limits.characters)
@@ -69,6 +76,70 @@ pub(crate) fn engine(limits: Limits, resolver: Resolver) -> Engine {
         .set_max_modules(50)
         .set_module_resolver(resolver);
     engine
+}
+
+/// Lines of a script, and letters of a line: Rhai counts both with 16 bits, and takes what stands behind for nowhere.
+const LONGEST: usize = 60_000;
+
+/// What closures of a script see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Closures {
+    /// Their arguments alone: in rules.
+    Closed,
+    /// Variables around them too, where they are handed at once to a word that does not keep them: in city scripts and
+    /// tests.
+    InPlace,
+}
+
+/// Reads a script, and refuses what the engine itself would let pass.
+pub(crate) fn compile(engine: &Engine, text: &str, closures: Closures) -> Result<AST, Refusal> {
+    measure(text)?;
+    let ast = engine.compile(text)?;
+    refuse_captures(&ast, closures)?;
+    Ok(ast)
+}
+
+/// Refuses closures that see more than they may.
+pub(crate) fn refuse_captures(ast: &AST, closures: Closures) -> Result<(), Refusal> {
+    let Some((name, at)) = captured(ast, closures) else { return Ok(()) };
+    let help = match closures {
+        Closures::Closed => {
+            "it sees its own arguments and, as `global::NAME`, the constants of its file: use a loop instead"
+        }
+        Closures::InPlace => {
+            "only a closure that is handed on at once does: site(#{ … }), list.filter(|x| …) and its kin"
+        }
+    };
+    let mut refusal: Refusal =
+        Complaint::new(format!("a closure does not see the variable `{name}`")).hint(help).into();
+    refusal.set_position(at);
+    Err(refusal)
+}
+
+/// Refuses a script whose places cannot be told: one that is too long or too wide, or has a carriage return within a line.
+/// That ends a comment and a line to Rhai, but not to whoever reads the script.
+fn measure(text: &str) -> Result<(), Refusal> {
+    let told = |message: String, help: &str, line: usize, column: usize| {
+        let mut refusal: Refusal = Complaint::new(message).hint(help).into();
+        refusal.set_position(Position::new(line as u16, column as u16));
+        refusal
+    };
+    for (number, line) in text.split('\n').enumerate() {
+        if number >= LONGEST {
+            let message = format!("the lines of a script are at most {LONGEST}");
+            return Err(told(message, "share it out between files that import each other", LONGEST, 1));
+        }
+        // Letters have at least one byte.
+        if line.len() > LONGEST && line.chars().count() > LONGEST {
+            let message = format!("the letters of a line are at most {LONGEST}");
+            return Err(told(message, "break it into several", number + 1, 1));
+        }
+        if let Some(at) = line.strip_suffix('\r').unwrap_or(line).find('\r') {
+            let (message, help) = ("a carriage return stands within this line", "save the script with other line ends");
+            return Err(told(message.to_owned(), help, number + 1, line[..at].chars().count() + 1));
+        }
+    }
+    Ok(())
 }
 
 fn packages(engine: &mut Engine) {

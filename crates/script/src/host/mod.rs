@@ -7,16 +7,19 @@ mod library;
 mod maths;
 mod resolver;
 mod settle;
+mod spending;
+mod texts;
 mod vocabulary;
 
 pub(crate) use call::{Caller, Handle, Located};
 pub(crate) use check::{first_call, miscounted_calls, named_rules, properties, undeclared, unknown_words};
-pub(crate) use engine::{Limits, engine};
+pub(crate) use engine::{Closures, Limits, compile, engine, refuse_captures};
 pub use library::{Embedded, Library, Source, Texts};
 pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric};
 pub(crate) use resolver::{Modules, Reading, Resolver};
 pub(crate) use settle::Settling;
+pub(crate) use spending::Spending;
 pub(crate) use vocabulary::Vocabulary;
 
 use crate::fault::plain_type;

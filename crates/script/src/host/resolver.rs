@@ -1,9 +1,11 @@
 //! `import`: only inside the libraries, never in a circle, each file read once.
 
+use super::engine::{Closures, compile};
 use super::library::{Shelves, Texts};
+use super::spending::{spend, spent};
 use crate::fault::{Complaint, Fault};
 use geom::Id;
-use rhai::{Engine, EvalAltResult, Module, ModuleResolver, Position, Scope, Shared};
+use rhai::{AST, Engine, EvalAltResult, GlobalRuntimeState, Module, ModuleResolver, Position, Scope, Shared};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
@@ -16,6 +18,9 @@ pub(crate) type Reading = (String, Id);
 struct Loaded {
     module: Shared<Module>,
     readings: BTreeSet<Reading>,
+    /// What loading it took, and takes whoever imports it, also when it is known already: limits do not hang on who came
+    /// first.
+    operations: u64,
 }
 
 /// Modules loaded so far, shared by all engines of a host.
@@ -27,6 +32,10 @@ pub(crate) struct LoadedModule(Loaded);
 
 /// Imports deeper than this are refused: each level needs stack.
 const DEEPEST: usize = 12;
+/// What an import takes of the operations that a script has, also one that fails: finding a file takes time.
+const OPERATIONS: u64 = 1_000;
+/// Bytes of a file that take an operation to read.
+const BYTES: u64 = 10;
 
 thread_local! {
     /// The files being loaded on this thread, outermost first, each with what it has read so far.
@@ -54,30 +63,41 @@ impl Resolver {
         self.readings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn load(&self, engine: &Engine, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
+    fn load(&self, engine: &Engine, level: usize, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
         let known = self.modules.read().unwrap_or_else(PoisonError::into_inner).get(name).cloned();
         if let Some(LoadedModule(loaded)) = known {
+            spend(loaded.operations);
             return Ok(loaded);
         }
         let _open = Opened::new(name)?;
-        let loaded = self.read(engine, name)?;
+        let loaded = self.read(engine, level, name)?;
         let mut modules = self.modules.write().unwrap_or_else(PoisonError::into_inner);
         modules.insert(name.to_owned(), LoadedModule(loaded.clone()));
         Ok(loaded)
     }
 
-    fn read(&self, engine: &Engine, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
+    fn read(&self, engine: &Engine, level: usize, name: &str) -> Result<Loaded, Box<EvalAltResult>> {
+        let before = spent();
+        spend(OPERATIONS);
         let source = self.shelves.read(name).map_err(complaint_of)?;
+        spend(source.text.len() as u64 / BYTES);
         self.texts.keep(&source);
         let inside = |error| EvalAltResult::ErrorInModule(source.path.clone(), error, Position::NONE);
-        let mut ast = engine.compile(&source.text).map_err(|error| inside(error.into()))?;
+        let mut ast = compile(engine, &source.text, Closures::Closed).map_err(inside)?;
         ast.set_source(source.path.as_str());
-        let module = Module::eval_ast_as_new(Scope::new(), &ast, engine).map_err(inside)?;
+        let module = evaluated(engine, level, &ast).map_err(inside)?;
         let mut readings =
             OPEN.with_borrow_mut(|open| open.last_mut().map(|(_, r)| std::mem::take(r))).unwrap_or_default();
         readings.insert((name.to_owned(), Id::of_text("script", &source.text)));
-        Ok(Loaded { module: module.into(), readings })
+        Ok(Loaded { module: module.into(), readings, operations: spent() - before })
     }
+}
+
+/// Runs a file on what is left of the call levels of the script that imports it.
+fn evaluated(engine: &Engine, level: usize, ast: &AST) -> Result<Module, Box<EvalAltResult>> {
+    let mut own = engine.new_global_runtime_state();
+    own.level = level;
+    Module::eval_ast_as_new_raw(engine, &mut Scope::new(), &mut own, ast)
 }
 
 impl ModuleResolver for Resolver {
@@ -88,8 +108,19 @@ impl ModuleResolver for Resolver {
         path: &str,
         at: Position,
     ) -> Result<Shared<Module>, Box<EvalAltResult>> {
+        self.resolve_raw(engine, &mut engine.new_global_runtime_state(), &mut Scope::new(), path, at)
+    }
+
+    fn resolve_raw(
+        &self,
+        engine: &Engine,
+        around: &mut GlobalRuntimeState,
+        _: &mut Scope<'_>,
+        path: &str,
+        at: Position,
+    ) -> Result<Shared<Module>, Box<EvalAltResult>> {
         let name = path.strip_suffix(".rhai").unwrap_or(path);
-        let loaded = self.load(engine, name).map_err(|mut error| {
+        let loaded = self.load(engine, around.level, name).map_err(|mut error| {
             if error.position().is_none() && !matches!(*error, EvalAltResult::ErrorInModule(..)) {
                 error.set_position(at);
             }

@@ -61,7 +61,7 @@ fn bindings(statements: &[Stmt], name: &str) -> usize {
     count
 }
 
-/// Whether a node makes a name stand for something new, lets a closure have it, or calls a method that might change it.
+/// Whether a node makes a name stand for something new, or calls a method that might change it.
 fn is_binding(path: &[ASTNode], name: &str) -> bool {
     let statement = match path.last() {
         Some(ASTNode::Stmt(statement)) => statement,
@@ -73,7 +73,6 @@ fn is_binding(path: &[ASTNode], name: &str) -> bool {
         Stmt::For(parts, ..) => parts.0.as_str() == name || parts.1.as_ref().is_some_and(|i| i.as_str() == name),
         Stmt::TryCatch(parts, ..) => matches!(&parts.expr, Expr::Variable(caught, ..) if caught.1.as_str() == name),
         Stmt::Import(parts, ..) => parts.1.as_str() == name,
-        Stmt::Share(names) => names.iter().any(|(shared, _)| shared.as_str() == name),
         Stmt::Assignment(parts) => is_rooted_in(&parts.1.lhs, name),
         _ => false,
     }
@@ -287,11 +286,8 @@ mod tests {
             "try { throw p.a; } catch (e) { tip.ahead(e); }",
             "tip.ahead(twice(p) / 2);",
             "let q = p; tip.ahead(q.a);",
-            "let f = |x| p.a; tip.ahead(f.call(0));",
-            "let f = |x| x + p.a; tip.ahead(f.call(0));",
-            "let q = p; let f = |x| x + q.a; tip.ahead(f.call(0));",
-            "let f = |x| twice(p) / x; tip.ahead(f.call(2));",
-            "let f = |x| |y| y + x; tip.ahead(f.call(3).call(4));",
+            "let f = |q| q.a; tip.ahead(f.call(p));",
+            "let f = |q, x| x + q.a; tip.ahead(f.call(p, 0));",
             "tip.ahead({ let inner = p.a; inner });",
             "if p.a < 6 { tip.ahead(1) } else if p.a + 1 == 8 { tip.ahead(-(-p.a)) }",
             "let n = if p.yes { p.a } else { 2 }; tip.ahead(n);",
@@ -304,8 +300,7 @@ mod tests {
             "let n = 1; let n = p.a; tip.ahead(n);",
             "let n = p.a; let m = n * 2; tip.ahead(m / 2);",
             "if p.yes { let n = p.a; tip.ahead(n); }",
-            "let n = p.a; let f = |x| n; tip.ahead(f.call(0));",
-            "let never = |x| { let z = x; tip.ahead(1); throw z; }; tip.ahead(p.a);",
+            "let never = |x, tip| { let z = x; tip.ahead(1); throw z; }; tip.ahead(p.a);",
             "let n = p.a; let f = |x| { let z = x * 2; z + 1 }; tip.ahead(f.call(3));",
             "let n = p.a; n.bump(); tip.ahead(n - 1);",
             "let yes = p.yes; yes.turn(); tip.ahead(if yes { 1 } else { p.a });",

@@ -15,8 +15,7 @@ pub(crate) struct Vocabulary {
 }
 
 /// What Rhai itself provides without registration.
-const BUILT_IN: [&str; 9] =
-    ["type_of", "Fn", "call", "curry", "is_shared", "is_def_fn", "is_def_var", "print", "debug"];
+const BUILT_IN: [&str; 8] = ["type_of", "Fn", "call", "is_shared", "is_def_fn", "is_def_var", "print", "debug"];
 
 impl Vocabulary {
     /// All words of an engine, and the functions of a script.

@@ -21,7 +21,9 @@ pub use trial::Trial;
 
 use crate::city::{SiteInfo, SiteRequest, Sites, register_words};
 use crate::fault::{Diagnosis, Fault, of_error, of_panic};
-use crate::host::{Limits, Resolver, Source, Vocabulary, engine, miscounted_calls, unknown_words};
+use crate::host::{
+    Closures, Limits, Resolver, Source, Spending, Vocabulary, compile, engine, miscounted_calls, unknown_words,
+};
 use crate::param::{Declared, register as register_params};
 use crate::plan::Plan;
 use crate::rule::Surroundings;
@@ -130,9 +132,9 @@ impl TestFile {
             tests: Vec::new(),
         };
         let engine = file.engine(&Desk::default());
-        let compiled = engine.compile(&source.text);
+        let compiled = compile(&engine, &source.text, Closures::InPlace);
         let early = |error: EvalAltResult| file.fault_of(error, &engine);
-        let mut ast = compiled.map_err(|error| vec![early(*Box::<EvalAltResult>::from(error))])?;
+        let mut ast = compiled.map_err(|error| vec![early(*error)])?;
         ast.set_source(source.path.as_str());
         file.tests = tests_of(&ast);
         if file.tests.is_empty() && !is_beside(name) {
@@ -176,6 +178,7 @@ impl TestFile {
                 false => engine.call_fn_with_options::<Dynamic>(options, &mut scope, &self.ast, &function, ()),
             }
         };
+        let _spending = Spending::start();
         let fault = match catch_unwind(AssertUnwindSafe(call)) {
             Ok(Ok(_)) => None,
             Ok(Err(error)) => Some(self.in_test(self.fault_of(*error, &engine), test)),

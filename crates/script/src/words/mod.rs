@@ -86,6 +86,25 @@ pub(crate) fn chance<C: Send + 'static>(engine: &mut Engine, seed: fn(&C) -> See
     FuncRegistration::new("chance").with_params_info(info).register_into_engine(engine, range);
 }
 
+/// How many places a call may look at with words that look far: of about the time that its operations may take.
+const MOST_LOOKS: f64 = 1_000_000.0;
+
+/// The places that a call has looked at so far. A word that looks at thousands of them is one operation to Rhai.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Looks(f64);
+
+impl Looks {
+    /// Takes in what a word is about to look at.
+    pub fn take(&mut self, places: f64) -> Result<(), Complaint> {
+        self.0 += places;
+        if self.0 <= MOST_LOOKS {
+            return Ok(());
+        }
+        let message = "the call looks at too many places";
+        Err(Complaint::new(message).hint("is there a loop around a word that looks far? Look nearer, or less often"))
+    }
+}
+
 /// A number of a range, or the complaint that it is not.
 pub(crate) fn within(what: &str, value: &Dynamic, low: f64, high: f64, unit: &str) -> Result<f64, Complaint> {
     let number = crate::host::numeric(what, value)?;

@@ -1,7 +1,7 @@
 //! Constraints of one's own: `constrain(segment, p)`.
 
 use super::tally::Tally;
-use super::{chance, method, property, within};
+use super::{Looks, chance, method, property, within};
 use crate::fault::{Complaint, Fault, Faults};
 use crate::host::{Caller, Handle, Located, numeric};
 use crate::names::hint;
@@ -42,6 +42,7 @@ impl fmt::Debug for ConstraintPattern {
 struct Drafting {
     draft: Draft,
     classes: Arc<Classes>,
+    looks: Looks,
 }
 
 impl Located for Drafting {
@@ -63,7 +64,7 @@ impl Constrain for ConstraintPattern {
     fn constrain(&self, draft: &mut Draft) {
         let classes = self.classes.clone();
         let refuse = |why: &str| -> Arc<str> { format!("{}: {why}", self.caller.rule().name()).into() };
-        match self.caller.call(Drafting { draft: draft.clone(), classes }) {
+        match self.caller.call(Drafting { draft: draft.clone(), classes, looks: Looks::default() }) {
             Ok(left) => {
                 *draft = left.draft;
                 self.tally.count(draft.refused.is_none());
@@ -110,6 +111,8 @@ fn questions(engine: &mut Engine) {
     });
     method!(engine, "distance_to"(name) "Metres from the segment to the nearest place that a map marks.", Drafting, |d, name| {
         let (name, _) = field(&d.draft.fields, name)?;
+        // It looks along the whole segment, about every metre.
+        d.looks.take(1.0 + d.draft.length())?;
         Ok(d.draft.fields.distance_to(&name, d.draft.from, d.draft.to).unwrap_or(f64::INFINITY))
     });
 }

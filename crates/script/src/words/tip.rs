@@ -4,7 +4,7 @@ mod senses;
 
 use super::options::Options;
 use super::tally::Tally;
-use super::{chance, method, property, within};
+use super::{Looks, chance, method, property, within};
 use crate::fault::{Complaint, Faults};
 use crate::host::{Caller, Handle, Located, numeric};
 use crate::names::hint;
@@ -38,6 +38,7 @@ impl Drop for StreetPattern {
 struct Growing {
     tip: Tip,
     classes: Arc<Classes>,
+    looks: Looks,
 }
 
 impl Located for Growing {
@@ -63,7 +64,8 @@ impl GrowthRules for StreetPattern {
     /// On a fault the tip ends: its slots stay empty.
     fn propose(&self, tip: &mut Tip) {
         tip.slots = Slots::default();
-        match self.caller.call(Growing { tip: tip.clone(), classes: self.classes.clone() }) {
+        let asked = Growing { tip: tip.clone(), classes: self.classes.clone(), looks: Looks::default() };
+        match self.caller.call(asked) {
             Ok(grown) => {
                 self.tally.count(!grown.tip.slots.is_empty());
                 tip.slots = grown.tip.slots;

@@ -12,6 +12,10 @@ use streets::growth::Peak;
 const FARTHEST: f64 = 100_000.0;
 /// Most rays to either side.
 const MOST_RAYS: f64 = 90.0;
+/// Places that a ray looks at.
+const PER_RAY: f64 = 16.0;
+/// Places that looking for a shore takes for each metre: 32 rays, a look every 10 m.
+const PER_METRE_OF_SHORE: f64 = 3.2;
 
 pub(super) fn register(engine: &mut Engine) {
     ground(engine);
@@ -32,7 +36,11 @@ fn ground(engine: &mut Engine) {
         Ok(degrees(g.tip.level(within("the length", length, 0.0, LONGEST, " m")?)))
     });
     method!(engine, "shore"(most) "Metres to water, a park or the site's rim, `most` where none is that near.", Growing,
-        |g, most| Ok(g.tip.shore(within("the distance", most, 0.0, 2000.0, " m")?)));
+    |g, most| {
+        let most = within("the distance", most, 0.0, 2000.0, " m")?;
+        g.looks.take(most * PER_METRE_OF_SHORE)?;
+        Ok(g.tip.shore(most))
+    });
 }
 
 fn people(engine: &mut Engine) {
@@ -49,19 +57,22 @@ fn people(engine: &mut Engine) {
     "The heading, at most `spread` degrees off, whose ray of `radius` metres sums up most density.", Growing,
     |g, radius, spread, rays| {
         let radius = within("the radius", radius, 1.0, FARTHEST, " m")?;
-        let spread = Angle::degrees(within("the spread", spread, 0.0, 180.0, "°")?);
-        let rays = within("the number of rays", rays, 1.0, MOST_RAYS, "")? as u32;
-        Ok(degrees(g.tip.seek_density((0.0, radius), spread, rays)))
+        seek(g, (0.0, radius), spread, rays)
     });
     method!(engine, "seek_density"(near, radius, spread, rays)
     "The same for rays that begin `near` metres away: the next centre, not this one.", Growing,
     |g, near, radius, spread, rays| {
         let radius = within("the radius", radius, 1.0, FARTHEST, " m")?;
         let near = within("the nearest distance", near, 0.0, radius, " m")?;
-        let spread = Angle::degrees(within("the spread", spread, 0.0, 180.0, "°")?);
-        let rays = within("the number of rays", rays, 1.0, MOST_RAYS, "")? as u32;
-        Ok(degrees(g.tip.seek_density((near, radius), spread, rays)))
+        seek(g, (near, radius), spread, rays)
     });
+}
+
+fn seek(g: &mut Growing, reach: (f64, f64), spread: &Dynamic, rays: &Dynamic) -> Result<f64, Complaint> {
+    let spread = Angle::degrees(within("the spread", spread, 0.0, 180.0, "°")?);
+    let rays = within("the number of rays", rays, 1.0, MOST_RAYS, "")?.floor();
+    g.looks.take((2.0 * rays + 1.0) * PER_RAY)?;
+    Ok(degrees(g.tip.seek_density(reach, spread, rays as u32)))
 }
 
 fn places(engine: &mut Engine) {
