@@ -83,11 +83,11 @@ fn needs_of(rule: &str) -> (&'static str, Vec<Needs>) {
         "parcels/recursive" => (
             FLAT,
             vec![
-                needs("least_area", "5000", "", FLAT),
+                needs("least_area", "500", "", FLAT),
                 needs("forced_access", "0", "join: false", FLAT),
                 needs("join", "false", "forced_access: 0.2, least_frontage: 30", FLAT),
                 needs("inner", "built", "forced_access: 0, join: false, most_area: 300", FLAT),
-                needs("least_convexity", "0.95", "irregularity: 0.4", FLAT),
+                needs("least_convexity", "0.98", "irregularity: 0.4, most_area: 2500, squared: \"side\"", RIVER),
                 needs("least_frontage", "30", "", FLAT),
                 needs("squared", "side", "", FLAT),
             ],
@@ -115,8 +115,9 @@ fn needs_of(rule: &str) -> (&'static str, Vec<Needs>) {
             vec![
                 needs("turn_first", "true", "", RIVER),
                 needs("bridge", "60", "", RIVER),
-                needs("tunnel", "0", "max_slope: 0.05, hairpin: false", HILL),
-                needs("hairpin", "false", "max_slope: 0.04, tunnel: 0", HILL),
+                needs("tunnel", "0", "max_slope: 0.06, turn_most: 10, hairpin: false", HILL),
+                needs("hairpin", "false", "max_slope: 0.08, tunnel: 0, turn_most: 25, turn_step: 5", HILL),
+                needs("duplicate", "30", "", FLAT),
                 needs("longest", "30", "", HILL),
                 needs("arms", "3", "", FLAT),
                 needs("least_length", "40", "", FLAT),
@@ -149,6 +150,7 @@ fn needs_of(rule: &str) -> (&'static str, Vec<Needs>) {
             HILL,
             vec![
                 needs("flat", "0.4", "", HILL),
+                needs("most", "40", "least: 30", HILL),
                 needs("irregularity", "0.5", "", HILL),
                 needs("connector", "9", "", HILL),
                 needs("climb", "1", "", HILL),
@@ -196,6 +198,8 @@ fn needs_of(rule: &str) -> (&'static str, Vec<Needs>) {
                 needs("block_length", "90", "", FLAT),
                 needs("x", "33", "", FLAT),
                 needs("y", "33", "", FLAT),
+                needs("block_width", "40", "block_length: 90", FLAT),
+                needs("crossings", "120", "block_length: 90", FLAT),
             ],
         ),
         "streets/organic" => (FLAT, vec![needs("width_deviation", "4", "", FLAT), needs("patience", "30", "", FLAT)]),
@@ -224,10 +228,11 @@ fn script(role: &str, ground: &str, called: &str) -> String {
     let site = format!(
         "let place = site(#{{ size: [500, 500], {ground}, districts: |x, y| if x < 250 {{ \"west\" }} else {{ \"east\" }} }});"
     );
+    let ring = "given: [line([[30, 90], [470, 30], [450, 460], [60, 430], [30, 90]], #{ width: 8 })]";
     let frame = "given: [line([[20, 250], [480, 250]], #{ class: \"major\" })]";
     let parts = match role {
         "majors.pattern" => format!("majors: streets(#{{ pattern: {called}, width: 8 }})"),
-        "minors.pattern" => format!("minors: streets(#{{ pattern: {called}, width: 8 }})"),
+        "minors.pattern" => format!("{ring}, minors: streets(#{{ pattern: {called}, width: 8 }})"),
         "minors.goals" => format!("minors: streets(#{{ pattern: {winding}, goals: {called} }})"),
         "minors.constraints" => format!(
             "barred: [{}], minors: streets(#{{ pattern: {winding}, constraints: {called}, width: 8 }})",
@@ -279,7 +284,11 @@ fn another(param: &Param) -> String {
         Domain::Number { range: (low, high), .. } => {
             let default: f64 = param.default.to_string().parse().expect("a number");
             let more = if default == 0.0 { 20.0 } else { default.abs() * 1.6 };
-            let value = if more <= *high { more } else { default * 0.5 };
+            let value = match (more <= *high, default == 0.0) {
+                (true, _) => more,
+                (false, true) => high / 2.0,
+                (false, false) => default / 2.0,
+            };
             value.clamp(*low, *high).to_string()
         }
         Domain::Whole { .. } => (param.default.to_string().parse::<i64>().expect("a number") + 3).to_string(),
@@ -338,6 +347,8 @@ fn problems(rule: &Rule, param: &Param, value: &str, ground: &str, with: &str) -
         problems.push("does nothing");
     }
     // In a preset file.
+    let others: Vec<&str> = with.split(", ").filter(|other| !other.starts_with(&format!("{}:", param.name))).collect();
+    let with = others.join(", ");
     let (comma, told) = (if with.is_empty() { "" } else { ", " }, literal(param, value));
     let chosen = format!("rule(\"{name}\", #{{ {with}{comma}{}: {told} }})", param.name);
     let list = if role.ends_with(".2") { format!("[rule(\"constraints/standard\"), {chosen}]") } else { chosen };
