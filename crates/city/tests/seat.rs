@@ -38,7 +38,7 @@ fn spots(report: &Value) -> Vec<String> {
     faults.map(|f| format!("{} {}:{}:{}", f["severity"], f["file"], f["line"], f["column"]).replace('"', "")).collect()
 }
 
-const KINDS: [&str; 6] = ["streets", "goals", "constraints", "constrain", "parcels", "buildings"];
+const KINDS: [&str; 7] = ["streets", "goals", "constraints", "constrain", "parcels", "assign", "buildings"];
 
 #[test]
 fn new_things_are_sound_and_work() {
@@ -48,7 +48,9 @@ fn new_things_are_sound_and_work() {
         expect(place.path(), &["new", "rule", kind, &format!("my_{kind}"), "--in", "town"], 0);
     }
     let report = json(place.path(), &["check", "town", "--json"], 0);
-    assert_eq!((report["files"].as_u64(), spots(&report).len()), (Some(7), 0), "{report}");
+    assert_eq!((report["files"].as_u64(), spots(&report).len()), (Some(15), 0), "{report}");
+    let tested = json(place.path(), &["test", "town", "--json"], 0);
+    assert_eq!(tested["tests"].as_array().map(Vec::len), Some(14), "{tested}");
     // The city as it stands, smaller; then the same with every new rule in its place.
     let script = fs::read_to_string(place.path().join("town/city.rhai")).expect("a script");
     let small = script.replace("[3000, 3000]", "[900, 900]");

@@ -78,6 +78,11 @@ impl Host {
         Rule::load(name, source, &self.around)
     }
 
+    /// The text of a rule or a preset by its full name.
+    pub fn source(&self, name: &str) -> Result<Source, Fault> {
+        self.around.shelves.read(name)
+    }
+
     /// The texts of the scripts read so far.
     pub fn texts(&self) -> &Texts {
         &self.around.texts

@@ -3,7 +3,8 @@
 use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
     Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary, engine,
-    first_call, miscounted_calls, properties, refuse_captures, undeclared, unknown_words,
+    first_call, miscounted_calls, properties, refuse_captures, undeclared, unknown_options, unknown_properties,
+    unknown_words,
 };
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
@@ -217,9 +218,33 @@ impl Rule {
                 faults.extend(undeclared(body.statements(), variable, &declared, path));
             }
         }
+        faults.extend(unknown_options(ast, path, &texts.get(path).unwrap_or_default(), vocabulary));
+        faults.extend(self.unknown_properties());
         faults.extend(self.unused());
         faults.sort_by_key(|fault| (fault.line, fault.column));
         faults.into_iter().map(|fault| fault.measured(texts)).collect()
+    }
+
+    /// What is asked of `tip`, `block` and their like that they do not have: in the functions that rules consist of, and in
+    /// others with an argument of that name.
+    fn unknown_properties(&self) -> Vec<Fault> {
+        let RuleFile { ast, path, vocabulary, .. } = &*self.file;
+        let mut faults = Vec::new();
+        for function in ast.iter_functions() {
+            let Some(body) = ast.shared_lib().get_script_fn(function.name, function.params.len()) else { continue };
+            for kind in RuleKind::ALL {
+                let variable = kind.arguments()[0];
+                let known: BTreeSet<&str> = vocabulary.properties_of(variable).collect();
+                // What `p` has is known by the rule, not by its type.
+                if variable != "p" && function.params.contains(&variable) && !known.is_empty() {
+                    let (from, to) = (body.body.start_position(), body.body.end_position());
+                    faults.extend(unknown_properties(&statements_between(ast, from, to), variable, &known, path));
+                }
+            }
+        }
+        faults.sort_by_key(|fault| (fault.line, fault.column));
+        faults.dedup();
+        faults
     }
 
     /// Warnings of parameters that nothing asks for.
@@ -432,6 +457,15 @@ impl Surroundings {
     /// A rule that was loaded before.
     pub fn loaded(&self, name: &str) -> Option<Rule> {
         self.rules.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned()
+    }
+
+    /// What the rules that are shared printed, with how often where that was more than once.
+    pub fn notes(&self) -> Vec<String> {
+        let told = |(text, count): (String, u64)| if count > 1 { format!("{text} ({count} times)") } else { text };
+        let rules = self.rules.iter().flat_map(|rules| {
+            rules.lock().unwrap_or_else(PoisonError::into_inner).values().cloned().collect::<Vec<_>>()
+        });
+        rules.flat_map(|rule| rule.notes()).map(told).collect()
     }
 
     /// Keeps a rule for others, where they share.

@@ -126,6 +126,9 @@ struct RulesArguments {
     /// Lists parameters, too; always so where names are given.
     #[arg(long)]
     params: bool,
+    /// Prints the text of the rules and presets that are named, to be copied and changed.
+    #[arg(long, requires = "names", conflicts_with_all = ["json", "params", "pictures"])]
+    source: bool,
     /// Draws a picture of each preset that is listed, into this folder: NAME.png.
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,

@@ -14,16 +14,16 @@ pub fn kinds() -> impl TypedValueParser<Value = RuleKind> {
     PossibleValuesParser::new(RuleKind::ALL.map(value)).try_map(move |name| named(name).ok_or("no kind of rule"))
 }
 
-/// The start of a rule.
-fn start(kind: RuleKind) -> &'static str {
+/// The start of a rule, and of its tests.
+fn start(kind: RuleKind) -> (&'static str, &'static str) {
     match kind {
-        RuleKind::Streets => include_str!("new/streets.rhai"),
-        RuleKind::Goals => include_str!("new/goals.rhai"),
-        RuleKind::Constraints => include_str!("new/constraints.rhai"),
-        RuleKind::Constrain => include_str!("new/constrain.rhai"),
-        RuleKind::Parcels => include_str!("new/parcels.rhai"),
-        RuleKind::Assign => include_str!("new/assign.rhai"),
-        RuleKind::Buildings => include_str!("new/buildings.rhai"),
+        RuleKind::Streets => (include_str!("new/streets.rhai"), include_str!("new/streets.test.rhai")),
+        RuleKind::Goals => (include_str!("new/goals.rhai"), include_str!("new/goals.test.rhai")),
+        RuleKind::Constraints => (include_str!("new/constraints.rhai"), include_str!("new/constraints.test.rhai")),
+        RuleKind::Constrain => (include_str!("new/constrain.rhai"), include_str!("new/constrain.test.rhai")),
+        RuleKind::Parcels => (include_str!("new/parcels.rhai"), include_str!("new/parcels.test.rhai")),
+        RuleKind::Assign => (include_str!("new/assign.rhai"), include_str!("new/assign.test.rhai")),
+        RuleKind::Buildings => (include_str!("new/buildings.rhai"), include_str!("new/buildings.test.rhai")),
     }
 }
 
@@ -49,10 +49,17 @@ pub fn run(arguments: &NewArguments) -> Result<Status, Failure> {
             let name = checked(name)?;
             let rule = format!("{}/{name}", kind.folder());
             let path = below(folder, &format!("{rule}.rhai"));
-            write(&path, &start(*kind).replace("NAME", name))?;
-            println!("wrote {}", path.display());
+            let tests = below(folder, &format!("{rule}.test.rhai"));
+            let (start, start_of_tests) = start(*kind);
+            if tests.exists() {
+                return Err(taken(&tests));
+            }
+            write(&path, &start.replace("NAME", name))?;
+            write(&tests, &start_of_tests.replace("NAME", name))?;
+            println!("wrote {} and {}", path.display(), tests.display());
             println!("  in a city script: {}", usage(*kind, &rule));
             println!("  what is wrong with it: plat check {}", path.display());
+            println!("  its tests: plat test {}", path.display());
         }
         NewThing::City { name, folder } => {
             let name = checked(name)?;
@@ -83,6 +90,10 @@ fn checked(name: &str) -> Result<&str, Failure> {
     Err(Failure::new(Status::Usage, message))
 }
 
+fn taken(path: &Path) -> Failure {
+    Failure::new(Status::Usage, format!("{} is there already\n  hint: choose another name", path.display()))
+}
+
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let failed = |what: PathBuf, error: std::io::Error| {
         Failure::new(Status::Failed, format!("{}: {error}\n  hint: --in names a folder to write to", what.display()))
@@ -91,10 +102,7 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| failed(folder.to_path_buf(), error))?;
     match fs::OpenOptions::new().write(true).create_new(true).open(path) {
         Ok(mut file) => file.write_all(text.as_bytes()).map_err(|error| failed(path.to_path_buf(), error)),
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
-            let message = format!("{} is there already\n  hint: choose another name", path.display());
-            Err(Failure::new(Status::Usage, message))
-        }
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(taken(path)),
         Err(error) => Err(failed(path.to_path_buf(), error)),
     }
 }

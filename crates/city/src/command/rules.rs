@@ -3,7 +3,7 @@
 use super::{Failure, RulesArguments, Status};
 use city::testing::picture;
 use city::{FaultReport, rule_host};
-use script::{Domain, Param, Preset, Rule};
+use script::{Domain, Host, Param, Preset, Rule};
 use serde::Serialize;
 use std::path::Path;
 
@@ -69,6 +69,9 @@ pub fn run(arguments: &RulesArguments) -> Result<Status, Failure> {
         let hint = fault.and_then(|fault| fault.hint).map_or(String::new(), |hint| format!("\n  hint: {hint}"));
         return Err(Failure::new(Status::Usage, format!("there is no rule `{asked}`{hint}")));
     }
+    if arguments.source {
+        return Ok(print_sources(&host, names.iter().chain(&presets)));
+    }
     let (mut rules, mut faults) = (Vec::new(), Vec::new());
     for name in &names {
         match host.rule(name) {
@@ -96,6 +99,21 @@ pub fn run(arguments: &RulesArguments) -> Result<Status, Failure> {
         draw(&found, folder)?;
     }
     Ok(if faults.is_empty() { Status::Done } else { Status::Faults })
+}
+
+/// Prints the texts of scripts.
+fn print_sources<'a>(host: &Host, names: impl Iterator<Item = &'a String>) -> Status {
+    let mut status = Status::Done;
+    for name in names {
+        match host.source(name) {
+            Ok(source) => print!("{}", source.text),
+            Err(fault) => {
+                super::faults::tell(&[FaultReport::from(&fault)], host.texts());
+                status = Status::Faults;
+            }
+        }
+    }
+    status
 }
 
 /// Draws a picture of each preset.

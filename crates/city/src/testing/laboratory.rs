@@ -4,7 +4,7 @@ use super::town::GrownTown;
 use crate::build::{Settings, build};
 use crate::{BuildError, Built, Cancel, LoadError, Loaded, Silent};
 use script::testing::{Laboratory, Town, TownError};
-use script::{Host, Plan, Texts};
+use script::{Host, Plan, Severity, Texts};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -28,14 +28,19 @@ impl CityLaboratory {
             host: Host::new(Vec::new()),
         };
         let sources = loaded.read().map_err(|error| match error {
-            LoadError::Value { error, .. } => TownError { message: error.message, hint: error.hint },
+            LoadError::Value { error, .. } => TownError { message: error.message, hint: error.hint, fault: None },
             other => told(&other.to_string()),
         })?;
         // Tests run side by side: one of them has one thread.
         let settings = Settings { threads: 1, ..Settings::default() };
         build(&sources, settings, &Silent, &Cancel::default()).map_err(|error| match error {
-            BuildError::Nothing { reason, hint, .. } => {
-                TownError { message: format!("there is no town: {reason}"), hint: Some(hint) }
+            BuildError::Nothing { reason, hint, faults } => TownError {
+                message: format!("there is no town: {reason}"),
+                hint: Some(hint),
+                fault: faults.into_iter().find(|fault| fault.severity == Severity::Error).map(Box::new),
+            },
+            BuildError::Fault(fault) => {
+                TownError { message: fault.message.clone(), hint: fault.hint.clone(), fault: Some(fault) }
             }
             other => told(&other.to_string()),
         })
@@ -51,7 +56,7 @@ impl Laboratory for CityLaboratory {
 /// A message with its hint on a line of its own.
 fn told(text: &str) -> TownError {
     match text.split_once("\n  hint: ") {
-        Some((message, hint)) => TownError { message: message.into(), hint: Some(hint.into()) },
-        None => TownError { message: text.into(), hint: None },
+        Some((message, hint)) => TownError { message: message.into(), hint: Some(hint.into()), fault: None },
+        None => TownError { message: text.into(), hint: None, fault: None },
     }
 }

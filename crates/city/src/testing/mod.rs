@@ -171,9 +171,12 @@ impl Suite {
         side_by_side(settings.threads, &wanted, |(path, file, test)| run(path, file, test, settings))
     }
 
-    /// Snapshots beside these files that belong to no test of theirs any more.
+    /// Snapshots beside these files that belong to no test of theirs any more. Where a test failed, nobody knows which it
+    /// would have taken: then none of its file's.
     pub fn stale(&self, ran: &[Ran]) -> Vec<PathBuf> {
-        self.files.iter().flat_map(|(path, _)| snapshots::stale(path, ran)).collect()
+        let has_failed = |path: &PathBuf| ran.iter().any(|ran| ran.path == *path && ran.fault.is_some());
+        let whole = self.files.iter().map(|(path, _)| path).filter(|path| !has_failed(path));
+        whole.flat_map(|path| snapshots::stale(path, ran)).collect()
     }
 }
 

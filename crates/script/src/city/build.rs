@@ -39,6 +39,7 @@ const KEYS: &[&str] = &[
 /// The plan of a city script.
 pub(crate) fn plan(map: Map) -> Result<Plan, Complaint> {
     let mut options = Options::new("city", map, KEYS)?;
+    let site = site(&mut options)?;
     let mut rules = |key: &str, kind: RuleKind| {
         options.take(key).map_or(Ok(Default::default()), |value| rules_of(value, key, kind))
     };
@@ -61,7 +62,7 @@ pub(crate) fn plan(map: Map) -> Result<Plan, Complaint> {
         district_parcels,
         district_buildings,
         removed: removed(&mut options)?,
-        ..Plan::on(site(&mut options)?)
+        ..Plan::on(site)
     };
     if let Some(preset) = options.take("preset") {
         lay(presets_of(preset)?, &mut plan)?;
@@ -122,6 +123,12 @@ fn landmarks(options: &mut Options) -> Result<Vec<Landmark>, Complaint> {
 
 /// Names what only minors, or only highways and majors, may be asked for.
 fn check_stages(plan: &Plan) -> Result<(), Complaint> {
+    if plan.minors.as_ref().is_some_and(|minors| !minors.seeds.is_empty()) {
+        let message =
+            "`seeds` of `minors` would do nothing: they start in the middle of each quarter, and along given streets";
+        let help = "`seeds` is for highways and majors; a line(…) that is given says where minors begin";
+        return Err(Complaint::new(message).hint(help).key("minors"));
+    }
     for (streets, class) in [(&plan.highways, "highways"), (&plan.majors, "majors")] {
         let Some(streets) = streets else { continue };
         if streets.within.as_ref().is_some_and(crate::plan::Within::chooses_quarters) {

@@ -2,18 +2,22 @@
 
 use super::site::{SiteHandle, SiteInfo};
 use crate::fault::{Complaint, Refusal};
-use crate::host::{is_inside, kind_of, numeric};
+use crate::host::{Spending, is_inside, kind_of, numeric, spend};
 use crate::plan::{DrawnDistricts, SitePlan};
 use crate::words::options::Options;
 use geom::{Cells, Raster, Vec2};
-use rhai::{Dynamic, FnPtr, Map, NativeCallContext};
+use rhai::{Dynamic, EvalAltResult, FnPtr, Map, NativeCallContext};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Cells along the longer side of a drawn map, at most; none is smaller than [`LEAST_CELL`].
-const MOST_CELLS: f64 = 128.0;
+const MOST_CELLS: f64 = 256.0;
 /// Smallest cell, metres.
 const LEAST_CELL: f64 = 5.0;
+/// What drawing a map takes of the operations of its script.
+const PRICE: u64 = 1000;
+/// Operations that the functions of a map may take besides: some 150 for each of its cells.
+const DRAWING: u64 = 10_000_000;
 /// The name that tells districts rather than a map.
 const DISTRICTS: &str = "districts";
 
@@ -77,10 +81,16 @@ impl Grid {
         read: impl Fn(Dynamic) -> Result<T, Complaint>,
     ) -> Result<Vec<T>, Refusal> {
         let keyed = |told: Result<T, Complaint>| told.map_err(|wrong| Refusal::from(wrong.key(name)));
+        // Drawing has an allowance of its own, map by map; so that there are not too many, each takes from that of the script.
+        spend(PRICE);
+        let _spending = Spending::start_with(DRAWING);
         let Some(function) = value.read_lock::<FnPtr>().map(|function| function.clone()) else {
             return self.places().map(|_| keyed(read(value.clone()))).collect();
         };
-        let ask = |place: Vec2| keyed(read(function.call_within_context::<Dynamic>(context, (place.x, place.y))?));
+        let ask = |place: Vec2| {
+            let told = function.call_within_context::<Dynamic>(context, (place.x, place.y));
+            keyed(read(told.map_err(|error| miscounted(name, error))?))
+        };
         self.places().map(ask).collect()
     }
 
@@ -106,6 +116,17 @@ impl Grid {
         let cells = Cells::new(self.columns, self.rows, self.cell, Vec2::ZERO, label);
         let cells = cells.ok_or_else(|| Complaint::new("the site is too large for districts").key("size"))?;
         Ok(DrawnDistricts { names: names.into_iter().cloned().collect(), cells })
+    }
+}
+
+/// The complaint about a function that takes no place; any other error as it is.
+fn miscounted(name: &str, error: Refusal) -> Refusal {
+    match &*error {
+        EvalAltResult::ErrorFunctionNotFound(called, _) if called.starts_with("anon$") => {
+            let message = format!("the map `{name}` is drawn by a function of x and y");
+            Complaint::new(message).hint(format!("{name}: |x, y| 100 * x")).key(name).into()
+        }
+        _ => error,
     }
 }
 

@@ -1,9 +1,9 @@
 //! What can be found wrong in a script before it runs. Rhai itself finds it only when it is reached.
 
 use super::{Closures, Vocabulary};
-use crate::fault::{Fault, plural};
+use crate::fault::{Fault, key_position, plural};
 use crate::names::{hint, nearest};
-use rhai::{AST, ASTNode, Expr, FnCallExpr, Position, Stmt};
+use rhai::{AST, ASTNode, Expr, FnCallExpr, Map, Position, Stmt};
 use std::collections::BTreeSet;
 
 /// A call in a script.
@@ -56,6 +56,70 @@ pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str],
         statement.walk(&mut Vec::new(), &mut on_node);
     }
     in_order(faults)
+}
+
+/// Properties that are asked of a variable in these statements and that it does not have, by position.
+pub(crate) fn unknown_properties(
+    statements: &[Stmt],
+    variable: &str,
+    known: &BTreeSet<&str>,
+    file: &str,
+) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut on_node = |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
+            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && let Some((name, place)) = property_of(&dot.rhs)
+            && !known.contains(name)
+        {
+            let near = nearest(name, known.iter().copied()).map(|name| format!("did you mean `{name}`?"));
+            faults.push(at(place, Fault::new(file, format!("{variable} has no `{name}`")).with_hint(near)));
+        }
+        true
+    };
+    for statement in statements {
+        statement.walk(&mut Vec::new(), &mut on_node);
+    }
+    in_order(faults)
+}
+
+/// Options in maps written where a function takes options, that it does not know, by position.
+pub(crate) fn unknown_options(ast: &AST, file: &str, text: &str, words: &Vocabulary) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        let Some(called) = path.last().and_then(called).filter(|called| is_plain(called.call)) else { return true };
+        let name = called.call.name.as_str();
+        let Some(known) = words.options_of(name) else { return true };
+        for (key, place) in called.call.args.iter().flat_map(|argument| keys_of(argument, text)) {
+            if !known.contains(key.as_str()) {
+                let near = hint(&key, known.iter().copied());
+                let fault = Fault::new(file, format!("`{name}` has no option `{key}`")).with_hint(near);
+                faults.push(Fault { line: place.0, column: place.1, ..fault });
+            }
+        }
+        true
+    });
+    in_order(faults)
+}
+
+/// The keys of a map that is written as an argument, each with its line and column.
+fn keys_of(argument: &Expr, text: &str) -> Vec<(String, (u32, u32))> {
+    let place = |at: Position| (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
+    match argument {
+        Expr::Map(map, _) => map.0.iter().map(|(key, _)| (key.name.to_string(), place(key.pos))).collect(),
+        // A map of nothing but constants is one itself, and forgets where its keys stand.
+        Expr::DynamicConstant(value, at) => {
+            let (line, column) = place(*at);
+            let keys: Vec<String> =
+                value.read_lock::<Map>().map_or_else(Vec::new, |map| map.keys().map(|key| key.to_string()).collect());
+            let found = |key: String| {
+                let at = key_position(text, line, column, &key).unwrap_or((line, column));
+                (key, at)
+            };
+            keys.into_iter().map(found).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// A closure that uses a variable from around it where it may not, by the variable: refused, before anything runs. What a

@@ -12,14 +12,17 @@ mod texts;
 mod vocabulary;
 
 pub(crate) use call::{Caller, Handle, Located};
-pub(crate) use check::{first_call, miscounted_calls, named_rules, properties, undeclared, unknown_words};
+pub(crate) use check::{
+    first_call, miscounted_calls, named_rules, properties, undeclared, unknown_options, unknown_properties,
+    unknown_words,
+};
 pub(crate) use engine::{Closures, Limits, compile, engine, refuse_captures};
 pub use library::{Embedded, Library, Source, Texts};
 pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric};
 pub(crate) use resolver::{Modules, Reading, Resolver};
 pub(crate) use settle::Settling;
-pub(crate) use spending::Spending;
+pub(crate) use spending::{Spending, spend};
 pub(crate) use vocabulary::Vocabulary;
 
 use crate::fault::plain_type;

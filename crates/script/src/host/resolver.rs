@@ -89,7 +89,7 @@ impl Resolver {
         let mut readings =
             OPEN.with_borrow_mut(|open| open.last_mut().map(|(_, r)| std::mem::take(r))).unwrap_or_default();
         readings.insert((name.to_owned(), Id::of_text("script", &source.text)));
-        Ok(Loaded { module: module.into(), readings, operations: spent() - before })
+        Ok(Loaded { module: module.into(), readings, operations: (spent() - before).unsigned_abs() })
     }
 }
 

@@ -75,6 +75,17 @@ impl Vocabulary {
         self.forms.get(name).map(|forms| forms.iter().take(3).cloned().collect()).unwrap_or_default()
     }
 
+    /// The options that a function takes, as its forms tell them: `rings(x, y, #{ inner, spacing })`; `None` where one of
+    /// them does not tell all.
+    pub fn options_of(&self, name: &str) -> Option<BTreeSet<&str>> {
+        let forms = self.forms.get(name)?;
+        let told = forms.iter().filter_map(|form| Some(form.split_once("#{")?.1.split_once('}')?.0));
+        let keys: BTreeSet<&str> = told.flat_map(|keys| keys.split(',').map(str::trim)).collect();
+        let is_whole = forms.iter().all(|form| !form.contains("options"));
+        let is_plain = !keys.is_empty() && keys.iter().all(|key| is_identifier(key));
+        (is_whole && is_plain).then_some(keys)
+    }
+
     /// What can be asked of a type.
     pub fn properties_of(&self, kind: &str) -> impl Iterator<Item = &str> + Clone {
         self.properties.get(kind).into_iter().flatten().map(String::as_str)

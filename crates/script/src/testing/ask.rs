@@ -215,8 +215,8 @@ fn constrain(rule: &Rule, options: Map) -> Result<Dynamic, Complaint> {
     Ok(map.into())
 }
 
-/// The streets that a block or a parcel fronts: `streets: [#{ class: "major", width: 30, length: 40 }]`.
-fn sides(options: &mut Options) -> Result<Vec<StreetSide>, Complaint> {
+/// The streets that a block or a parcel fronts, a minor as long as its front where nothing is told: `streets: [#{ class: "major", width: 30, length: 40 }]`.
+fn sides(options: &mut Options, front: f64) -> Result<Vec<StreetSide>, Complaint> {
     let side = |value: Dynamic| -> Result<StreetSide, Complaint> {
         let map = value.try_cast::<Map>();
         let map =
@@ -230,6 +230,9 @@ fn sides(options: &mut Options) -> Result<Vec<StreetSide>, Complaint> {
             length: options.number("length")?.unwrap_or(20.0),
         })
     };
+    if !options.has("streets") {
+        return Ok(vec![StreetSide { class: "minor".into(), width: 12.0, length: front }]);
+    }
     options.list("streets")?.into_iter().map(side).collect::<Result<_, _>>().map_err(|wrong| wrong.key("streets"))
 }
 
@@ -264,7 +267,7 @@ fn subdivide(rule: &Rule, mut options: Map) -> Result<Dynamic, Complaint> {
         district: options.text("district")?.unwrap_or(place.district(at)),
         extent: Vec2::new(length, width),
         longest_side: options.number("longest_side")?.unwrap_or(length),
-        streets: sides(&mut options)?,
+        streets: sides(&mut options, 2.0 * (length + width))?,
         ground: place.ground(options.map("distances")?)?,
         ..bare
     };
@@ -331,7 +334,7 @@ fn shape(place: &Place, options: Map) -> Result<ShapeContext, Complaint> {
     Ok(ShapeContext {
         extent: Vec2::new(width, depth.unwrap_or(area / width)),
         is_corner: options.flag("is_corner")?.unwrap_or(false),
-        streets: sides(&mut options)?,
+        streets: sides(&mut options, width)?,
         density: options.number("density")?.unwrap_or(place.density(at)),
         max_height: options.number("max_height")?.unwrap_or(place.max_height(at)),
         place: at,

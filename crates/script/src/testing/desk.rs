@@ -36,6 +36,8 @@ pub(super) struct Desk {
 struct State {
     /// What was measured or answered since the last claim that held: what it was called, and what it was.
     readings: Vec<(String, String)>,
+    /// Those of the claim before, which the next one may be about as well.
+    before: Vec<(String, String)>,
     snapshots: Vec<Snapshot>,
     printed: Vec<String>,
 }
@@ -72,13 +74,18 @@ impl Desk {
 
     /// Forgets the readings: the claim about them held.
     pub fn settle(&self) {
-        self.lock().readings.clear();
+        let mut state = self.lock();
+        let readings = std::mem::take(&mut state.readings);
+        if !readings.is_empty() {
+            state.before = readings;
+        }
     }
 
     /// What was read since the last claim, in words: `order was 0.83, x_share was 0.2`.
     pub fn readings(&self) -> String {
         let state = self.lock();
-        let each: Vec<String> = state.readings.iter().map(|(what, value)| format!("{what} was {value}")).collect();
+        let readings = if state.readings.is_empty() { &state.before } else { &state.readings };
+        let each: Vec<String> = readings.iter().map(|(what, value)| format!("{what} was {value}")).collect();
         each.join(", ")
     }
 
@@ -95,6 +102,13 @@ impl Desk {
         }
         state.snapshots.push(Snapshot { name, text, town });
         Ok(())
+    }
+
+    /// Takes in what rules printed.
+    pub fn print(&self, notes: impl IntoIterator<Item = String>) {
+        let mut state = self.lock();
+        let room = MOST_PRINTED.saturating_sub(state.printed.len());
+        state.printed.extend(notes.into_iter().take(room));
     }
 
     /// Lets the engine print here.

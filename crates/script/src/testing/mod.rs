@@ -71,7 +71,7 @@ struct Nowhere;
 
 impl Laboratory for Nowhere {
     fn build(&self, _: Plan) -> Result<Arc<dyn Town>, TownError> {
-        Err(TownError { message: "nothing is built here".into(), hint: None })
+        Err(TownError { message: "nothing is built here".into(), hint: None, fault: None })
     }
 }
 
@@ -128,10 +128,10 @@ impl TestFile {
             rule: rule_tested(name).to_owned(),
             ast: AST::empty(),
             bench,
-            around: around.sharing(),
+            around: around.clone(),
             tests: Vec::new(),
         };
-        let engine = file.engine(&Desk::default());
+        let engine = file.engine(&Desk::default(), around);
         let compiled = compile(&engine, &source.text, Closures::InPlace);
         let early = |error: EvalAltResult| file.fault_of(error, &engine);
         let mut ast = compiled.map_err(|error| vec![early(*error)])?;
@@ -167,7 +167,8 @@ impl TestFile {
     /// Runs a test, for a trial where it takes one. The same for any thread.
     pub fn run(&self, test: &Test, trial: Option<&Trial>) -> Outcome {
         let desk = Desk::new(&test.name, trial);
-        let engine = self.engine(&desk);
+        let around = self.around.sharing();
+        let engine = self.engine(&desk, &around);
         let call = || {
             let function = format!("{PREFIX}{}", test.name);
             let mut scope = Scope::new();
@@ -184,6 +185,7 @@ impl TestFile {
             Ok(Err(error)) => Some(self.in_test(self.fault_of(*error, &engine), test)),
             Err(panic) => Some(of_panic(&self.source.path, &*panic)),
         };
+        desk.print(around.notes());
         desk.outcome(fault)
     }
 
@@ -194,8 +196,7 @@ impl TestFile {
         fault
     }
 
-    fn engine(&self, desk: &Desk) -> Engine {
-        let around = &self.around;
+    fn engine(&self, desk: &Desk, around: &Surroundings) -> Engine {
         let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
         let mut engine = engine(Limits::TEST, resolver);
         // A rule's own file declares parameters: here nobody asks for them.

@@ -27,6 +27,8 @@ pub struct TownError {
     pub message: String,
     /// What to do about it.
     pub hint: Option<String>,
+    /// The fault of a rule that lies behind it.
+    pub fault: Option<Box<Fault>>,
 }
 
 /// A finished town, as tests ask it.
@@ -210,7 +212,10 @@ impl Grower {
     fn build(&self, options: Map) -> Result<TownHandle, Complaint> {
         let plan = plan_of(options)?;
         let town = self.laboratory.build(plan);
-        let town = town.map_err(|error| Complaint::new(error.message).maybe_hint(error.hint))?;
+        let town = town.map_err(|error| match error.fault {
+            Some(fault) => Complaint::of(Fault { place: None, ..*fault }),
+            None => Complaint::new(error.message).maybe_hint(error.hint),
+        })?;
         // A rule that fails in the town fails its test, where the rule failed.
         match town.faults().into_iter().find(|fault| fault.severity == Severity::Error) {
             Some(fault) => Err(Complaint::of(fault)),
@@ -223,6 +228,8 @@ impl Grower {
         let mut plan: Map = self.around_rule(rule)?;
         plan.insert("site".into(), Dynamic::from(standard::standard(standard::SIDE, &[])));
         plan.extend(options);
+        // `minors: ()` leaves out what there would be.
+        plan.retain(|_, value| !value.is_unit());
         self.build(plan)
     }
 

@@ -129,7 +129,7 @@ pub(super) fn register(engine: &mut Engine) {
     decision(engine, "whole", "The block becomes one parcel that may carry a building.", ParcelChoice::Whole);
     decision(engine, "open", "The block becomes one parcel that stays open.", ParcelChoice::Open);
     FuncRegistration::new("recursive")
-        .with_params_info(["this", "#{ least_area, most_area, least_frontage, … }"])
+        .with_params_info(["this", "#{ least_area, most_area, spread, least_frontage, irregularity, forced_access, least_convexity, squared, join, inner }"])
         .with_comments(["/// The block is cut until parcels are small enough (areas in m², frontage in metres)."])
         .register_into_engine(engine, |this: &mut Handle<Asked>, options: Map| -> Result<(), Refusal> {
             this.with(|asked| {

@@ -1,10 +1,10 @@
 //! What `block` and `shape` share: the place they lie at, with its maps and the streets around.
 
+use super::segment::map_name;
 use super::{method, property};
 use crate::fault::Complaint;
 use crate::host::Located;
 use crate::names::hint;
-use crate::plan::MapRef;
 use geom::Vec2;
 use rhai::{Array, Dynamic, Engine};
 use std::fmt::Debug;
@@ -116,12 +116,6 @@ fn streets<C: Placed>(engine: &mut Engine) {
         let class = class_name(c.ground(), class)?;
         c.ground().distance(&class, c.place()).ok_or_else(|| no_class(c.ground(), &class))
     });
-}
-
-fn map_name(name: &Dynamic) -> Result<String, Complaint> {
-    let map = name.read_lock::<MapRef>().map(|map| map.name.clone());
-    let name = map.or_else(|| name.clone().into_string().ok());
-    name.ok_or_else(|| Complaint::new("a map is asked for by its name"))
 }
 
 fn no_map(ground: &dyn Ground, name: &str) -> Complaint {

@@ -104,28 +104,44 @@ fn properties(engine: &mut Engine) {
 
 fn questions(engine: &mut Engine) {
     method!(engine, "map"(name) "The value of a map of the site at the segment's end.", Drafting,
-        |d, name| Ok(field(&d.draft.fields, name)?.1.at(d.draft.to)));
+        |d, name| Ok(field(&d.draft.fields, name)?.at(d.draft.to)));
     method!(engine, "map"(name, share) "The value of a map at a share of the segment's length, from 0 to 1.", Drafting, |d, name, share| {
         let share = within("the share", share, 0.0, 1.0, "")?;
-        Ok(field(&d.draft.fields, name)?.1.at(d.draft.at_share(share)))
+        Ok(field(&d.draft.fields, name)?.at(d.draft.at_share(share)))
     });
-    method!(engine, "distance_to"(name) "Metres from the segment to the nearest place that a map marks.", Drafting, |d, name| {
-        let (name, _) = field(&d.draft.fields, name)?;
+    method!(engine, "distance_to"(name) "Metres from the nearest place of the segment to what a map marks; endless without a map `parks`.", Drafting, |d, name| {
         // It looks along the whole segment, about every metre.
         d.looks.take(1.0 + d.draft.length())?;
-        Ok(d.draft.fields.distance_to(&name, d.draft.from, d.draft.to).unwrap_or(f64::INFINITY))
+        let name = map_name(name)?;
+        match d.draft.fields.distance_to(&name, d.draft.from, d.draft.to) {
+            Some(metres) => Ok(metres),
+            // A site without that map has none.
+            None if name == "parks" => Ok(f64::INFINITY),
+            None => Err(missing(&d.draft.fields, &name)),
+        }
+    });
+    method!(engine, "has_map"(name) "Whether the site has a map.", Drafting, |d, name| {
+        Ok(d.draft.fields.maps.contains_key(&map_name(name)?))
     });
 }
 
-/// A map of the site, by its name or as a parameter.
-fn field<'a>(fields: &'a Fields, name: &Dynamic) -> Result<(String, &'a Field), Complaint> {
+/// The name of a map, told by itself or as a parameter.
+pub(super) fn map_name(name: &Dynamic) -> Result<String, Complaint> {
     let map = name.read_lock::<MapRef>().map(|map| map.name.clone());
     let name = map.or_else(|| name.clone().into_string().ok());
-    let name = name.ok_or_else(|| Complaint::new("a map is asked for by its name"))?;
-    let near = || hint(&name, fields.maps.keys().map(String::as_str));
-    let missing = || Complaint::new(format!("the site has no map `{name}`")).maybe_hint(near());
-    let field = fields.maps.get(&name).ok_or_else(missing)?;
-    Ok((name, field))
+    name.ok_or_else(|| Complaint::new("a map is asked for by its name"))
+}
+
+/// The complaint that growth knows no map of a name.
+pub(super) fn missing(fields: &Fields, name: &str) -> Complaint {
+    let near = hint(name, fields.maps.keys().map(String::as_str));
+    Complaint::new(format!("the site has no map `{name}`")).maybe_hint(near)
+}
+
+/// A map of the site, by its name or as a parameter.
+fn field<'a>(fields: &'a Fields, name: &Dynamic) -> Result<&'a Field, Complaint> {
+    let name = map_name(name)?;
+    fields.maps.get(&name).ok_or_else(|| missing(fields, &name))
 }
 
 fn answers(engine: &mut Engine) {

@@ -3,12 +3,11 @@
 mod senses;
 
 use super::options::Options;
+use super::segment::{map_name, missing};
 use super::tally::Tally;
 use super::{Looks, chance, method, property, within};
 use crate::fault::{Complaint, Faults};
 use crate::host::{Caller, Handle, Located, numeric};
-use crate::names::hint;
-use crate::plan::MapRef;
 use crate::rule::{Rule, RuleKind};
 use geom::{Angle, Vec2};
 use rhai::{Dynamic, Engine, FuncRegistration, Map};
@@ -182,14 +181,12 @@ fn properties(engine: &mut Engine) {
 
 fn questions(engine: &mut Engine) {
     method!(engine, "map"(name) "The value of a map of the site at the tip.", Growing, |g, name| {
-        let map = name.read_lock::<MapRef>().map(|map| map.name.clone());
-        let name = map.or_else(|| name.clone().into_string().ok());
-        let name = name.ok_or_else(|| Complaint::new("a map is asked for by its name"))?;
-        let known = &g.tip.fields.maps;
-        let field = known.get(&name);
-        let near = || hint(&name, known.keys().map(String::as_str));
-        let missing = || Complaint::new(format!("the site has no map `{name}`")).maybe_hint(near());
-        field.map(|field| field.at(g.tip.place())).ok_or_else(missing)
+        let name = map_name(name)?;
+        let field = g.tip.fields.maps.get(&name);
+        field.map(|field| field.at(g.tip.place())).ok_or_else(|| missing(&g.tip.fields, &name))
+    });
+    method!(engine, "has_map"(name) "Whether the site has a map.", Growing, |g, name| {
+        Ok(g.tip.fields.maps.contains_key(&map_name(name)?))
     });
     method!(engine, "runs_along"(heading) "Whether the tip runs nearer to a heading (degrees) than across it.", Growing,
         |g, heading| Ok(g.tip.runs_along(Angle::degrees(numeric("the heading", heading)?))));
@@ -213,12 +210,23 @@ fn proposals(engine: &mut Engine) {
         put(&mut g.tip.slots.left, aside, None)?;
         put(&mut g.tip.slots.right, aside, None)
     });
-    method!(engine, "ahead"(length, options) "With options: turn (degrees), delay (steps, below 0 for not at all), width (metres).", Growing,
-        |g, length, options| put(&mut g.tip.slots.ahead, length, Some(options)));
-    method!(engine, "branch_left"(length, options) "With options: turn (degrees), delay (steps, below 0 for not at all), width (metres).", Growing,
-        |g, length, options| put(&mut g.tip.slots.left, length, Some(options)));
-    method!(engine, "branch_right"(length, options) "With options: turn (degrees), delay (steps, below 0 for not at all), width (metres).", Growing,
-        |g, length, options| put(&mut g.tip.slots.right, length, Some(options)));
+    slot_with_options(engine, "ahead", |g, length, options| put(&mut g.tip.slots.ahead, length, Some(options)));
+    slot_with_options(engine, "branch_left", |g, length, options| put(&mut g.tip.slots.left, length, Some(options)));
+    slot_with_options(engine, "branch_right", |g, length, options| put(&mut g.tip.slots.right, length, Some(options)));
+}
+
+/// Registers a word that fills a slot with options.
+fn slot_with_options(
+    engine: &mut Engine,
+    name: &str,
+    fill: fn(&mut Growing, &Dynamic, &Dynamic) -> Result<(), Complaint>,
+) {
+    FuncRegistration::new(name)
+        .with_params_info(["this", "length", "#{ turn, delay, width }"])
+        .with_comments(["/// With a turn (degrees, further than to the side it leaves to), a delay (steps; below 0 not at all), a width (metres)."])
+        .register_into_engine(engine, move |this: &mut Handle<Growing>, length: Dynamic, options: Dynamic| {
+            this.with(|growing| fill(growing, &length, &options))
+        });
 }
 
 /// Fills a slot.

@@ -207,6 +207,13 @@ impl QuarterRim {
             }
             plant(grower, candidate, reseed.max(clearance));
         }
+        // A street given inside may lie on the pole, and near to every other place: then any place will do.
+        for candidate in candidates(bounds, settings.reseed) {
+            if grower.log.stopped.is_some() || !grower.log.accepted.is_empty() {
+                break;
+            }
+            plant(grower, candidate, clearance);
+        }
     }
 
     /// Direction of the longest side: what rules that follow no pattern start from.
