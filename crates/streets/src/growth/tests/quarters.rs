@@ -83,6 +83,20 @@ fn rasters_line_up_across_a_rim() {
 }
 
 #[test]
+fn a_small_quarter_with_a_street_to_its_middle_is_filled() {
+    let square = [at(0.0, 0.0), at(260.0, 0.0), at(260.0, 260.0), at(0.0, 260.0)];
+    let mut graph = StreetGraph::new(Classes::default());
+    for side in 0..4 {
+        street(&mut graph, Classes::MAJOR, side as u128 + 1, square[side], square[(side + 1) % 4]);
+    }
+    let alone = fill(&graph, &quarter_at(&graph, at(60.0, 60.0)), &grid(Angle::ZERO, 80.0, 80.0));
+    street(&mut graph, Classes::MAJOR, 9, at(130.0, 0.0), at(130.0, 130.0));
+    let spurred = fill(&graph, &quarter_at(&graph, at(60.0, 60.0)), &grid(Angle::ZERO, 80.0, 80.0));
+    let laid = [&alone, &spurred].map(|growth| growth.log.accepted.len());
+    assert!(laid[0] > 5 && laid[1] > 5, "{laid:?}");
+}
+
+#[test]
 fn a_street_on_the_other_side_changes_no_byte() {
     let (graph, faces) = two_quarters(37.0);
     let before = fill(&graph, &faces[0], &winding());
