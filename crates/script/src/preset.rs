@@ -9,7 +9,7 @@ use crate::host::Source;
 use crate::names::nearest;
 use crate::param::{DistrictValues, Literal, ParamError, ParamSet, Value};
 use crate::pattern::PatternPlan;
-use crate::plan::{GoalPlan, MINOR_WIDTH, Plan, QuarterPlan, StreetPlan};
+use crate::plan::{GoalPlan, MINOR_WIDTH, Plan, StreetPlan};
 use crate::rule::{Rule, Surroundings, headline};
 use crate::testing::{SIDE, features_of, standard_site};
 use crate::words::options::{Options, word};
@@ -221,7 +221,7 @@ impl Preset {
             constraints: if own.constraints.is_empty() { before.constraints.clone() } else { own.constraints.clone() },
             width: own.width.clone().or_else(|| before.width.clone()),
             within: before.within.clone(),
-            rim: before.rim.clone(),
+            rim: before.rim,
             seeds: before.seeds.clone(),
             reseed: own.reseed.or(before.reseed),
             least_dead_end: own.least_dead_end.max(before.least_dead_end),
@@ -289,7 +289,7 @@ impl Plan {
             }
             PresetTarget::District(name) => return self.apply_in_district(preset, name),
             PresetTarget::Quarter(id) => {
-                self.quarters.entry(*id).or_insert_with(QuarterPlan::default).preset = Some(preset.clone());
+                self.quarters.entry(*id).or_default().preset = Some(preset.clone());
             }
         }
         Ok(())

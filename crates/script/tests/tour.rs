@@ -112,10 +112,21 @@ fn rules_of_the_tour_run() {
 #[test]
 fn cities_of_the_tour_run() {
     let snippets = snippets("rhai city");
-    assert_eq!(snippets.len(), 7);
+    assert_eq!(snippets.len(), 8);
     for text in snippets {
         let plan = city(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}")).plan;
         assert!(plan.minors.is_some());
+    }
+}
+
+#[test]
+fn presets_of_the_tour_are_sound() {
+    let snippets = snippets("rhai preset");
+    assert_eq!(snippets.len(), 1);
+    for text in snippets {
+        let library = common::shelf(&[("presets/mine.rhai", &text)]);
+        let preset = Host::new(vec![library]).preset("mine").unwrap_or_else(|fault| panic!("{fault}\n{text}"));
+        assert_eq!(preset.rules().len(), 4);
     }
 }
 
