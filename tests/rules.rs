@@ -83,6 +83,59 @@ fn the_tests_of_the_manual_pass() {
     }
 }
 
+/// What the examples of a chapter stand in: a rule, and a test that asks it, or a test alone.
+fn frame(title: &str, examples: &str) -> (String, String) {
+    const SITE: &str = "site(#{ size: [600, 600], density: |x, y| 20 * x, zones: |x, y| 2, parks: |x, y| x > 500, old_town: |x, y| x < 300 })";
+    let rule = |function: &str, end: &str| {
+        format!("//! Mine.\nparams(#{{ map: map(\"density\") }});\nfn {function} {{ {examples} {end} }}\n")
+    };
+    let asked = |call: &str| format!("fn test_examples() {{ rule().{call}(#{{ on: {SITE} }}); }}\n");
+    let plain = rule("propose(tip, p)", "tip.ahead(80);").replace(examples, "");
+    let test = |given: &str| {
+        format!(
+            "fn test_examples({given}) {{ let site = {SITE}; let town = grow(rule(), #{{ site: site }}); {examples} }}\n"
+        )
+    };
+    match title {
+        "`segment`" => (rule("constrain(segment, p)", ""), asked("constrain")),
+        "`block`" => (rule("subdivide(block, p)", ""), asked("subdivide")),
+        "`parcel`" => (rule("assign(parcel, p)", "") + "fn subdivide(block, p) { block.whole(); }\n", asked("assign")),
+        "`shape`" => (rule("build(shape, p)", ""), asked("build")),
+        "In every script" | "A parameter" | "`tip`" | "A peak" => {
+            (rule("propose(tip, p)", "tip.ahead(80);"), asked("propose"))
+        }
+        "A trial" => (plain, test("trial")),
+        _ => (plain, test("")),
+    }
+}
+
+/// Examples that need what a test does not have: a place at the top of a file, a colour map in a folder.
+const ELSEWHERE: [&str; 2] = ["params", "districts"];
+
+#[test]
+fn the_examples_of_the_reference_run() {
+    let parcels = "fn subdivide(block, p) { block.whole(); }\nfn assign(parcel, p) { parcel.tag(\"shop\"); }\n";
+    for chapter in script::reference::reference() {
+        let words =
+            chapter.words.iter().filter(|word| !ELSEWHERE.contains(&word.name.as_str()) && word.name != "snapshot");
+        let examples: Vec<String> = words.map(|word| format!("{{ {}; }}", word.example)).collect();
+        let (rule, tests) = frame(&chapter.title, &examples.join("\n"));
+        let mine: Arc<dyn Library> = Arc::new(Changed { name: "streets/mine".into(), text: rule });
+        let others: Arc<dyn Library> = Arc::new(Changed { name: "parcels/mine".into(), text: parcels.into() });
+        assert_passes(PathBuf::from("streets/mine.test.rhai"), tests, vec![mine, others]);
+    }
+}
+
+#[test]
+fn the_reference_is_what_the_program_knows() {
+    for (file, text) in
+        [("REFERENCE.md", script::reference::markdown()), ("plat.d.rhai", script::reference::definitions())]
+    {
+        let shipped = fs::read_to_string(rules().join(file)).unwrap_or_default();
+        assert!(shipped == text, "rules/{file} is old: write it anew with `plat words --markdown` or `--definitions`");
+    }
+}
+
 #[test]
 fn every_rule_has_tests() {
     let tested: Vec<String> = test_files().iter().map(|path| name_of(path)).collect();

@@ -113,10 +113,15 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>, depth: usize) {
         let is_hidden = name.to_string_lossy().starts_with('.') || name == "target";
         match entry.file_type() {
             Ok(kind) if kind.is_dir() && !is_hidden && depth < DEEPEST => collect(&path, files, depth + 1),
-            Ok(kind) if !kind.is_dir() && path.extension().is_some_and(|end| end == "rhai") => files.push(path),
+            // Definitions for editors are no scripts.
+            Ok(kind) if !kind.is_dir() && is_script(&name.to_string_lossy()) => files.push(path),
             _ => {}
         }
     }
+}
+
+fn is_script(name: &str) -> bool {
+    name.ends_with(".rhai") && !name.ends_with(".d.rhai")
 }
 
 fn read(path: &Path) -> Result<String, LoadError> {

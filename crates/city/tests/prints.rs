@@ -12,8 +12,8 @@ const CITY: &str = r#"
 /// A closure that is never called says nothing and does nothing.
 const RULE: &str = r#"
     fn subdivide(block, p) {
-        let never = |x| { print("never"); block.whole(); };
-        if block.area < 1 { never.call(1); }
+        let never = |block| { print("never"); block.whole(); };
+        if block.area < 1 { never.call(block); }
         print("asked");
         block.recursive(#{ least_area: 500 });
     }

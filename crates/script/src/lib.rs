@@ -15,6 +15,7 @@ mod param;
 mod pattern;
 mod plan;
 mod preset;
+pub mod reference;
 mod rule;
 pub mod testing;
 mod words;

@@ -492,7 +492,7 @@ fn listen(engine: &mut Engine, notes: Notes) {
 }
 
 fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
-    let compiled = crate::host::compile(engine, &source.text, Closures::InPlace);
+    let compiled = crate::host::compile(engine, &source.text, Closures::Any);
     let mut ast = compiled.map_err(|error| early_fault(engine, source, around, *error))?;
     ast.set_source(source.path.as_str());
     leave_out_tests(&mut ast);

@@ -11,6 +11,7 @@ mod stats;
 mod test;
 mod validate;
 mod why;
+mod words;
 
 use city::Until;
 use city::export::ColourBy;
@@ -44,6 +45,8 @@ enum Verb {
     /// Lists the rules and presets of the library and what can be set in them.
     #[command(after_help = RULES_HELP)]
     Rules(RulesArguments),
+    /// Prints the reference of the rule language: every word with what it does and an example.
+    Words(WordsArguments),
     /// Writes the commented start of a rule or a city.
     New(NewArguments),
     /// Runs the tests of rules: claims about single calls and small towns, and snapshots.
@@ -135,6 +138,19 @@ struct RulesArguments {
     /// Prints one JSON object.
     #[arg(long)]
     json: bool,
+}
+
+/// Arguments of `plat words`.
+#[derive(clap::Args, Debug)]
+struct WordsArguments {
+    /// Words with this in their name; all when none is given.
+    name: Option<String>,
+    /// Prints all as Markdown.
+    #[arg(long, conflicts_with = "name")]
+    markdown: bool,
+    /// Prints all as definitions for editors, the text of a .d.rhai file.
+    #[arg(long, conflicts_with_all = ["name", "markdown"])]
+    definitions: bool,
 }
 
 /// Arguments of `plat new`.
@@ -317,6 +333,7 @@ pub fn run() -> ExitCode {
         Verb::Build(build) => (build::run(build), build.json),
         Verb::Check(check) => (check::run(check), check.json),
         Verb::Rules(rules) => (rules::run(rules), rules.json),
+        Verb::Words(asked) => (words::run(asked), false),
         Verb::New(new) => (new::run(new), false),
         Verb::Test(test) => (test::run(test), test.json),
         Verb::Validate(validate) => (validate::run(validate), validate.json),

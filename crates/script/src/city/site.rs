@@ -102,9 +102,13 @@ pub(super) fn register(engine: &mut Engine, sites: Arc<dyn Sites>) {
         .register_into_engine(engine, |site: &mut SiteHandle, name: &str, options: Map| {
             Ok::<_, Refusal>(site.map_with(name, options)?)
         });
-    engine.register_get("name", |map: &mut MapRef| map.name.clone());
-    engine.register_get("width", |site: &mut SiteHandle| extent(site).map(|size| size.x));
-    engine.register_get("height", |site: &mut SiteHandle| extent(site).map(|size| size.y));
+    crate::words::getter(engine, "name", "What the map is called.", |map: &mut MapRef| map.name.clone());
+    crate::words::getter(engine, "width", "How far the site reaches to the east, m.", |site: &mut SiteHandle| {
+        extent(site).map(|size| size.x)
+    });
+    crate::words::getter(engine, "height", "How far the site reaches to the north, m.", |site: &mut SiteHandle| {
+        extent(site).map(|size| size.y)
+    });
 }
 
 fn extent(site: &SiteHandle) -> Result<Vec2, Refusal> {

@@ -89,6 +89,8 @@ pub(crate) enum Closures {
     /// Variables around them too, where they are handed at once to a word that does not keep them: in city scripts and
     /// tests.
     InPlace,
+    /// Whatever they take: the caller asks [`refuse_captures`].
+    Any,
 }
 
 /// Reads a script, and refuses what the engine itself would let pass.
@@ -101,12 +103,13 @@ pub(crate) fn compile(engine: &Engine, text: &str, closures: Closures) -> Result
 
 /// Refuses closures that see more than they may.
 pub(crate) fn refuse_captures(ast: &AST, closures: Closures) -> Result<(), Refusal> {
-    let Some((name, at)) = captured(ast, closures) else { return Ok(()) };
+    let found = if closures == Closures::Any { None } else { captured(ast, closures) };
+    let Some((name, at)) = found else { return Ok(()) };
     let help = match closures {
         Closures::Closed => {
             "it sees its own arguments and, as `global::NAME`, the constants of its file: use a loop instead"
         }
-        Closures::InPlace => {
+        Closures::InPlace | Closures::Any => {
             "only a closure that is handed on at once does: site(#{ … }), list.filter(|x| …) and its kin"
         }
     };

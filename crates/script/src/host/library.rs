@@ -176,7 +176,10 @@ mod tests {
         for path in entries {
             if path.is_dir() {
                 files_below(&path, root, found);
-            } else if path.extension().is_some_and(|e| e == "rhai") && !path.to_string_lossy().ends_with(".test.rhai") {
+            } else if path.extension().is_some_and(|e| e == "rhai")
+                && !path.to_string_lossy().ends_with(".test.rhai")
+                && !path.to_string_lossy().ends_with(".d.rhai")
+            {
                 found.push(path.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/"));
             }
         }

@@ -39,7 +39,7 @@ fn two(engine: &mut Engine, name: &'static str, names: [&str; 2], f: fn(f64, f64
 }
 
 /// Registers all of them.
-pub(super) fn register(engine: &mut Engine) {
+pub(crate) fn register(engine: &mut Engine) {
     for (name, f) in ONE {
         one(engine, name, f);
     }
@@ -88,8 +88,8 @@ fn ranges(engine: &mut Engine) {
 fn conversions(engine: &mut Engine) {
     engine.register_fn("to_int", |x: i64| x);
     engine.register_fn("to_int", to_int);
-    engine.register_get("pct", |x: &mut f64| *x / 100.0);
-    engine.register_get("pct", |x: &mut i64| *x as f64 / 100.0);
+    crate::words::getter(engine, "pct", "Percent: 12.pct is 0.12.", |x: &mut f64| *x / 100.0);
+    crate::words::getter(engine, "pct", "Percent: 12.pct is 0.12.", |x: &mut i64| *x as f64 / 100.0);
 }
 
 /// `clamp(x, low, high)`.

@@ -19,7 +19,7 @@ pub(crate) use check::{
 pub(crate) use engine::{Closures, Limits, compile, engine, refuse_captures};
 pub use library::{Embedded, Library, Source, Texts};
 pub(crate) use library::{Shelves, is_inside};
-pub(crate) use maths::{number, numeric};
+pub(crate) use maths::{number, numeric, register as register_maths};
 pub(crate) use resolver::{Modules, Reading, Resolver};
 pub(crate) use settle::Settling;
 pub(crate) use spending::{Spending, spend};

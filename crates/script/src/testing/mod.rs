@@ -30,6 +30,7 @@ use crate::rule::Surroundings;
 use crate::words;
 use desk::Desk;
 use rhai::{AST, CallFnOptions, Dynamic, Engine, EvalAltResult, Scope};
+use std::any::TypeId;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -221,6 +222,26 @@ impl TestFile {
         };
         of_error(error, &diagnosis)
     }
+}
+
+/// An engine with all words of tests: for the reference.
+pub(crate) fn word_engine() -> Engine {
+    let source = Source { text: String::new(), path: String::new() };
+    let around = crate::Host::new(Vec::new()).around;
+    let file = TestFile {
+        source,
+        rule: String::new(),
+        ast: AST::empty(),
+        bench: Bench::bare(),
+        around: around.clone(),
+        tests: Vec::new(),
+    };
+    file.engine(&Desk::default(), &around)
+}
+
+/// The type of towns in tests.
+pub(crate) fn town_type() -> TypeId {
+    TypeId::of::<town::TownHandle>()
 }
 
 /// The tests among the functions of a script, in the order of the text.

@@ -4,6 +4,7 @@ use super::standard::{FEATURES, standard};
 use crate::city::SiteHandle;
 use crate::fault::{Complaint, Refusal};
 use crate::host::numeric;
+use crate::words::getter;
 use geom::{Id, Seed};
 use rhai::{Array, Dynamic, Engine, FuncRegistration};
 use std::collections::{BTreeMap, BTreeSet};
@@ -160,8 +161,8 @@ impl TrialHandle {
 
 pub(super) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<TrialHandle>("a trial");
-    engine.register_get("seed", |trial: &mut TrialHandle| trial.trial.seed as i64);
-    engine.register_get("size", |trial: &mut TrialHandle| trial.trial.size);
+    getter(engine, "seed", "A seed for what the test builds.", |trial: &mut TrialHandle| trial.trial.seed as i64);
+    getter(engine, "size", "Side of its site, m.", |trial: &mut TrialHandle| trial.trial.size);
     FuncRegistration::new("site")
         .with_params_info(["this"])
         .with_comments(["/// The site of a trial: a standard one with whatever was drawn for it."])

@@ -116,14 +116,31 @@ impl ParcelPattern {
 
 pub(super) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<Handle<Asked>>("block");
-    property::<Asked, f64>(engine, "area", |a| a.block.area);
-    property::<Asked, f64>(engine, "perimeter", |a| a.block.perimeter);
-    property::<Asked, f64>(engine, "density", |a| a.block.density);
-    property::<Asked, String>(engine, "district", |a| a.block.district.clone());
-    property::<Asked, f64>(engine, "length", |a| a.block.extent.x);
-    property::<Asked, f64>(engine, "width", |a| a.block.extent.y);
-    property::<Asked, f64>(engine, "longest_side", |a| a.block.longest_side);
-    property::<Asked, f64>(engine, "rectangularity", |a| a.block.area / (a.block.extent.x * a.block.extent.y));
+    property::<Asked, f64>(engine, "area", "Area that parcels can cover, m².", |a| a.block.area);
+    property::<Asked, f64>(engine, "perimeter", "Length of its rim, m.", |a| a.block.perimeter);
+    property::<Asked, f64>(engine, "density", "People per km² at its middle; 0 without a map `density`.", |a| {
+        a.block.density
+    });
+    property::<Asked, String>(
+        engine,
+        "district",
+        "The district at its middle; an empty text where there is none.",
+        |a| a.block.district.clone(),
+    );
+    property::<Asked, f64>(engine, "length", "Long side of the smallest rectangle around it, m.", |a| a.block.extent.x);
+    property::<Asked, f64>(engine, "width", "Short side of that rectangle, m.", |a| a.block.extent.y);
+    property::<Asked, f64>(
+        engine,
+        "longest_side",
+        "Its longest side, edges that hardly turn counted as one, m.",
+        |a| a.block.longest_side,
+    );
+    property::<Asked, f64>(
+        engine,
+        "rectangularity",
+        "Share of the smallest rectangle around it that it fills, 0 to 1.",
+        |a| a.block.area / (a.block.extent.x * a.block.extent.y),
+    );
     chance::<Asked>(engine, |a| a.block.seed);
     ground::register::<Asked>(engine);
     decision(engine, "whole", "The block becomes one parcel that may carry a building.", ParcelChoice::Whole);

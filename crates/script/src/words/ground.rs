@@ -77,14 +77,16 @@ const ZONES: &str = "zones";
 
 /// Registers what can be asked of a place.
 pub(super) fn register<C: Placed>(engine: &mut Engine) {
-    property::<C, f64>(engine, "x", |c| c.place().x);
-    property::<C, f64>(engine, "y", |c| c.place().y);
+    property::<C, f64>(engine, "x", "How far east it lies, m.", |c| c.place().x);
+    property::<C, f64>(engine, "y", "How far north it lies, m.", |c| c.place().y);
     maps::<C>(engine);
     streets::<C>(engine);
 }
 
 fn maps<C: Placed>(engine: &mut Engine) {
-    property::<C, f64>(engine, "zone", |c| c.ground().zone(ZONES, c.place()).unwrap_or(0.0));
+    property::<C, f64>(engine, "zone", "The cell's value of the map `zones`; 0 without one.", |c| {
+        c.ground().zone(ZONES, c.place()).unwrap_or(0.0)
+    });
     method!(engine, "map"(name) "The value of a map of the site there.", C, |c, name| {
         let name = map_name(name)?;
         c.ground().map(&name, c.place()).ok_or_else(|| no_map(c.ground(), &name))
@@ -100,9 +102,13 @@ fn maps<C: Placed>(engine: &mut Engine) {
 }
 
 fn streets<C: Placed>(engine: &mut Engine) {
-    property::<C, f64>(engine, "frontage", |c| c.streets().iter().map(|side| side.length).sum());
-    property::<C, f64>(engine, "street_width", |c| c.streets().iter().map(|side| side.width).fold(0.0, f64::max));
-    property::<C, Array>(engine, "classes", |c| {
+    property::<C, f64>(engine, "frontage", "Metres of it that lie on streets.", |c| {
+        c.streets().iter().map(|side| side.length).sum()
+    });
+    property::<C, f64>(engine, "street_width", "Right-of-way of the widest street that it fronts, m.", |c| {
+        c.streets().iter().map(|side| side.width).fold(0.0, f64::max)
+    });
+    property::<C, Array>(engine, "classes", "The names of the classes of the streets that it fronts: a list.", |c| {
         let mut names: Vec<String> = c.streets().iter().map(|side| side.class.to_string()).collect();
         names.sort_unstable();
         names.dedup();

@@ -25,12 +25,12 @@ use crate::fault::{Complaint, Refusal};
 use crate::host::Handle;
 use crate::plan::MapRef;
 use geom::Seed;
-use rhai::{Dynamic, Engine, FuncRegistration};
+use rhai::{Dynamic, Engine, FuncRegistration, RhaiNativeFunc};
 
 /// Gives an engine all words that rules may use.
 pub(crate) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<MapRef>("a map of the site");
-    engine.register_get("name", |map: &mut MapRef| map.name.clone());
+    getter(engine, "name", "What the map is called.", |map: &mut MapRef| map.name.clone());
     tip::register(engine);
     block::register(engine);
     parcel::register(engine);
@@ -59,13 +59,25 @@ macro_rules! method {
 }
 pub(crate) use method;
 
-/// Registers a property of a handle.
-pub(crate) fn property<C, R>(engine: &mut Engine, name: &str, read: fn(&C) -> R)
+/// Registers a property of a handle: its name, what it says with its unit, how it is read.
+pub(crate) fn property<C, R>(engine: &mut Engine, name: &str, doc: &str, read: fn(&C) -> R)
 where
     C: Send + 'static,
     R: rhai::Variant + Clone,
 {
-    engine.register_get(name, move |this: &mut Handle<C>| -> Result<R, Refusal> { this.with(|value| Ok(read(value))) });
+    getter(engine, name, doc, move |this: &mut Handle<C>| -> Result<R, Refusal> { this.with(|value| Ok(read(value))) });
+}
+
+/// Registers a property of any value.
+pub(crate) fn getter<A: 'static, const N: usize, const X: bool, R, const F: bool>(
+    engine: &mut Engine,
+    name: &str,
+    doc: &str,
+    read: impl RhaiNativeFunc<A, N, X, R, F> + Send + Sync + 'static,
+) where
+    R: rhai::Variant + Clone,
+{
+    FuncRegistration::new_getter(name).with_comments([format!("/// {doc}")]).register_into_engine(engine, read);
 }
 
 /// Registers `chance(n)` and `chance(n, low, high)`: keyed chance, the same at every call with the same number.

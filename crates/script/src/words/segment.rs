@@ -88,17 +88,25 @@ pub(super) fn register(engine: &mut Engine) {
 }
 
 fn properties(engine: &mut Engine) {
-    property::<Drafting, f64>(engine, "from_x", |d| d.draft.from.x);
-    property::<Drafting, f64>(engine, "from_y", |d| d.draft.from.y);
-    property::<Drafting, f64>(engine, "to_x", |d| d.draft.to.x);
-    property::<Drafting, f64>(engine, "to_y", |d| d.draft.to.y);
-    property::<Drafting, f64>(engine, "length", |d| d.draft.length());
-    property::<Drafting, f64>(engine, "heading", |d| d.draft.heading.wrapped().to_degrees());
-    property::<Drafting, String>(engine, "class", |d| d.classes.info(d.draft.class).name.clone());
-    property::<Drafting, i64>(engine, "level", |d| i64::from(d.draft.level));
-    property::<Drafting, bool>(engine, "meets_street", |d| d.draft.meets_street);
-    property::<Drafting, f64>(engine, "slope", |d| d.draft.grade().abs());
-    property::<Drafting, f64>(engine, "density", |d| d.draft.fields.density.at(d.draft.to));
+    property::<Drafting, f64>(engine, "from_x", "East of its start, m.", |d| d.draft.from.x);
+    property::<Drafting, f64>(engine, "from_y", "North of its start, m.", |d| d.draft.from.y);
+    property::<Drafting, f64>(engine, "to_x", "East of its end, m.", |d| d.draft.to.x);
+    property::<Drafting, f64>(engine, "to_y", "North of its end, m.", |d| d.draft.to.y);
+    property::<Drafting, f64>(engine, "length", "Its length, m.", |d| d.draft.length());
+    property::<Drafting, f64>(engine, "heading", "Its heading, ° counter-clockwise from east.", |d| {
+        d.draft.heading.wrapped().to_degrees()
+    });
+    property::<Drafting, String>(engine, "class", "The name of its class: `highway`, `major`, `minor`.", |d| {
+        d.classes.info(d.draft.class).name.clone()
+    });
+    property::<Drafting, i64>(engine, "level", "0 on the ground, above it on a bridge, below it in a tunnel.", |d| {
+        i64::from(d.draft.level)
+    });
+    property::<Drafting, bool>(engine, "meets_street", "Whether it ends on another street.", |d| d.draft.meets_street);
+    property::<Drafting, f64>(engine, "slope", "Its grade from end to end, rise over run.", |d| d.draft.grade().abs());
+    property::<Drafting, f64>(engine, "density", "People per km² at its end; 1 without a map `density`.", |d| {
+        d.draft.fields.density.at(d.draft.to)
+    });
     chance::<Drafting>(engine, |d| d.draft.seed);
 }
 

@@ -138,8 +138,15 @@ const WIDEST_SETBACK: f64 = 1_000.0;
 pub(super) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<Handle<Asked>>("shape");
     properties::<Asked>(engine);
-    property::<Asked, String>(engine, "landmark", |a| a.shape.landmark.clone());
-    property::<Asked, Array>(engine, "tags", |a| a.shape.tags.iter().map(|tag| tag.to_string().into()).collect());
+    property::<Asked, String>(
+        engine,
+        "landmark",
+        "The name of the landmark that stands there; else an empty text.",
+        |a| a.shape.landmark.clone(),
+    );
+    property::<Asked, Array>(engine, "tags", "The words that the parcel carries: a list of texts.", |a| {
+        a.shape.tags.iter().map(|tag| tag.to_string().into()).collect()
+    });
     method!(engine, "has_tag"(name) "Whether the parcel carries a word: see `fn assign(parcel, p)`.", Asked, |a, name| {
         let name = tag(name)?;
         Ok(a.shape.tags.iter().any(|tag| **tag == *name))
@@ -169,14 +176,23 @@ pub(super) trait Shaped: Placed {
 
 /// Registers what can be asked of a parcel.
 pub(super) fn properties<C: Shaped>(engine: &mut Engine) {
-    property::<C, f64>(engine, "area", |c| c.shape().area);
-    property::<C, f64>(engine, "width", |c| c.shape().extent.x);
-    property::<C, f64>(engine, "depth", |c| c.shape().extent.y);
-    property::<C, bool>(engine, "is_corner", |c| c.shape().is_corner);
-    property::<C, bool>(engine, "is_inner", |c| c.shape().streets.is_empty());
-    property::<C, f64>(engine, "density", |c| c.shape().density);
-    property::<C, f64>(engine, "max_height", |c| c.shape().max_height);
-    property::<C, String>(engine, "district", |c| c.shape().district.clone());
+    property::<C, f64>(engine, "area", "Area of the parcel, m².", |c| c.shape().area);
+    property::<C, f64>(engine, "width", "How far it reaches along its longest front, m.", |c| c.shape().extent.x);
+    property::<C, f64>(engine, "depth", "How far it reaches square to that front, m.", |c| c.shape().extent.y);
+    property::<C, bool>(engine, "is_corner", "Whether it fronts two streets that meet at its corner.", |c| {
+        c.shape().is_corner
+    });
+    property::<C, bool>(engine, "is_inner", "Whether it fronts no street.", |c| c.shape().streets.is_empty());
+    property::<C, f64>(engine, "density", "People per km² there; 0 without a map `density`.", |c| c.shape().density);
+    property::<C, f64>(
+        engine,
+        "max_height",
+        "Least value of the map `max_height` on the parcel, m; endless without one.",
+        |c| c.shape().max_height,
+    );
+    property::<C, String>(engine, "district", "The district there; an empty text where there is none.", |c| {
+        c.shape().district.clone()
+    });
     chance::<C>(engine, |c| c.shape().seed);
     ground::register::<C>(engine);
 }

@@ -160,22 +160,36 @@ fn raster(heading: &Dynamic, along: &Dynamic, across: &Dynamic, origin: Vec2) ->
 }
 
 fn properties(engine: &mut Engine) {
-    property::<Growing, f64>(engine, "x", |g| g.tip.place().x);
-    property::<Growing, f64>(engine, "y", |g| g.tip.place().y);
-    property::<Growing, f64>(engine, "heading", |g| g.tip.steered().wrapped().to_degrees());
-    property::<Growing, f64>(engine, "density", |g| g.tip.density());
-    property::<Growing, f64>(engine, "elevation", |g| g.tip.elevation());
-    property::<Growing, i64>(engine, "age", |g| i64::from(g.tip.age));
-    property::<Growing, i64>(engine, "generation", |g| i64::from(g.tip.generation));
-    property::<Growing, i64>(engine, "step", |g| i64::from(g.tip.step));
-    property::<Growing, f64>(engine, "street_length", |g| g.tip.length);
-    property::<Growing, f64>(engine, "width", |g| g.tip.width);
-    property::<Growing, f64>(engine, "home_heading", |g| g.tip.home.heading.wrapped().to_degrees());
-    property::<Growing, f64>(engine, "home_x", |g| g.tip.home.at.x);
-    property::<Growing, f64>(engine, "home_y", |g| g.tip.home.at.y);
-    property::<Growing, bool>(engine, "is_seed", |g| g.tip.is_seed);
-    property::<Growing, String>(engine, "district", |g| g.tip.district().to_owned());
-    property::<Growing, String>(engine, "class", |g| g.classes.info(g.tip.class).name.clone());
+    property::<Growing, f64>(engine, "x", "How far east it is, m.", |g| g.tip.place().x);
+    property::<Growing, f64>(engine, "y", "How far north it is, m.", |g| g.tip.place().y);
+    property::<Growing, f64>(engine, "heading", "Its heading after steering, ° counter-clockwise from east.", |g| {
+        g.tip.steered().wrapped().to_degrees()
+    });
+    property::<Growing, f64>(engine, "density", "People per km² here; 1 without a map `density`.", |g| {
+        g.tip.density()
+    });
+    property::<Growing, f64>(engine, "elevation", "Metres above the sea; 0 without a map `elevation`.", |g| {
+        g.tip.elevation()
+    });
+    property::<Growing, i64>(engine, "age", "Segments since its street began.", |g| i64::from(g.tip.age));
+    property::<Growing, i64>(engine, "generation", "Branchings since the seed: 0 on the seed's own street.", |g| {
+        i64::from(g.tip.generation)
+    });
+    property::<Growing, i64>(engine, "step", "The derivation step at which it is asked.", |g| i64::from(g.tip.step));
+    property::<Growing, f64>(engine, "street_length", "Metres since its street began.", |g| g.tip.length);
+    property::<Growing, f64>(engine, "width", "Right-of-way of its street, m.", |g| g.tip.width);
+    property::<Growing, f64>(engine, "home_heading", "Direction of the longest side of its quarter, °.", |g| {
+        g.tip.home.heading.wrapped().to_degrees()
+    });
+    property::<Growing, f64>(engine, "home_x", "East of the middle of its quarter, m.", |g| g.tip.home.at.x);
+    property::<Growing, f64>(engine, "home_y", "North of the middle of its quarter, m.", |g| g.tip.home.at.y);
+    property::<Growing, bool>(engine, "is_seed", "Whether nothing has grown here yet.", |g| g.tip.is_seed);
+    property::<Growing, String>(engine, "district", "The district here; an empty text where there is none.", |g| {
+        g.tip.district().to_owned()
+    });
+    property::<Growing, String>(engine, "class", "The name of its class: `highway`, `major`, `minor`.", |g| {
+        g.classes.info(g.tip.class).name.clone()
+    });
     chance::<Growing>(engine, |g| g.tip.seed);
 }
 

@@ -3,6 +3,7 @@
 use super::{Growing, LONGEST};
 use crate::fault::Complaint;
 use crate::host::numeric;
+use crate::words::getter;
 use crate::words::{method, property, within};
 use geom::{Angle, Vec2};
 use rhai::{Dynamic, Engine};
@@ -29,9 +30,16 @@ fn degrees(heading: Angle) -> f64 {
 }
 
 fn ground(engine: &mut Engine) {
-    property::<Growing, f64>(engine, "slope", |g| g.tip.slope());
-    property::<Growing, f64>(engine, "uphill", |g| degrees(g.tip.uphill()));
-    property::<Growing, f64>(engine, "contour", |g| degrees(g.tip.level(0.0)));
+    property::<Growing, f64>(engine, "slope", "How steep the ground is, rise over run.", |g| g.tip.slope());
+    property::<Growing, f64>(engine, "uphill", "The heading straight up, °; its own on flat ground.", |g| {
+        degrees(g.tip.uphill())
+    });
+    property::<Growing, f64>(
+        engine,
+        "contour",
+        "The heading that keeps its height, °, the one nearer to its own.",
+        |g| degrees(g.tip.level(0.0)),
+    );
     method!(engine, "contour"(length) "The heading that keeps its height over so many metres.", Growing, |g, length| {
         Ok(degrees(g.tip.level(within("the length", length, 0.0, LONGEST, " m")?)))
     });
@@ -45,9 +53,9 @@ fn ground(engine: &mut Engine) {
 
 fn people(engine: &mut Engine) {
     engine.register_type_with_name::<Peak>("a peak");
-    engine.register_get("x", |peak: &mut Peak| peak.at.x);
-    engine.register_get("y", |peak: &mut Peak| peak.at.y);
-    engine.register_get("density", |peak: &mut Peak| peak.density);
+    getter(engine, "x", "How far east it lies, m.", |peak: &mut Peak| peak.at.x);
+    getter(engine, "y", "How far north it lies, m.", |peak: &mut Peak| peak.at.y);
+    getter(engine, "density", "People per km² there.", |peak: &mut Peak| peak.density);
     method!(engine, "peak"() "The densest centre of population.", Growing, |g| Ok(g.tip.peak(0)));
     method!(engine, "peak"(rank) "The centre of population of a rank, 0 for the densest.", Growing, |g, rank| {
         Ok(g.tip.peak(within("the rank", rank, 0.0, 1e6, "")? as usize))
