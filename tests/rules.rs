@@ -110,7 +110,7 @@ fn frame(title: &str, examples: &str) -> (String, String) {
 }
 
 /// Examples that need what a test does not have: a place at the top of a file, a colour map in a folder.
-const ELSEWHERE: [&str; 2] = ["params", "districts"];
+const ELSEWHERE: [&str; 3] = ["params", "districts", "library"];
 
 #[test]
 fn the_examples_of_the_reference_run() {

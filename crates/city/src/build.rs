@@ -130,6 +130,7 @@ fn run_stages(
     };
     report.finish(&city, &faults, land.trimmed, land.open);
     report.printed(&sources.plan, &printed);
+    report.marked(&sources.plan);
     Ok(Built { city: Arc::new(city), report, trace: network.trace })
 }
 

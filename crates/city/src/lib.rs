@@ -24,6 +24,6 @@ pub use check::{Checked, check, rule_host};
 pub use load::{LoadError, Loaded, PresetError, Sources, load};
 pub use model::{Area, City, Landmark};
 pub use progress::{Cancel, Progress, Silent, Stage};
-pub use report::{BuiltFrom, CallReport, FaultReport, Report};
+pub use report::{BuiltFrom, CallReport, FaultReport, MarkReport, Report};
 pub use site::Site;
 pub use trace::Trace;

@@ -33,8 +33,22 @@ pub struct Report {
     /// What rules printed, by rule and text.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prints: Vec<Print>,
+    /// Places that rules marked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<MarkReport>,
     /// What went wrong in rules, and what is surely a mistake there, each kind once with a count.
     pub faults: Vec<FaultReport>,
+}
+
+/// A place that a rule marked.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MarkReport {
+    /// The rule's file.
+    pub rule: String,
+    /// The place, metres.
+    pub place: [f64; 2],
+    /// How often.
+    pub count: u64,
 }
 
 /// A line that a rule printed.
@@ -219,6 +233,12 @@ impl Report {
             let count = count - earlier.get(&(&rule, &text)).copied().unwrap_or(0);
             self.prints.extend((count > 0).then_some(Print { rule, text, count }));
         }
+    }
+
+    /// Keeps what rules marked.
+    pub(crate) fn marked(&mut self, plan: &Plan) {
+        let mark = |(rule, at, count): (String, geom::Vec2, u64)| MarkReport { rule, place: at.to_array(), count };
+        self.marks = plan.marks().into_iter().map(mark).collect();
     }
 
     pub(crate) fn grown(&mut self, stage: &'static str, log: &GrowthLog) {

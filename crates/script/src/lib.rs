@@ -22,7 +22,7 @@ mod words;
 
 pub use city::{Checked, Evaluated, SiteInfo, SiteRequest, Sites};
 pub use fault::{Call, Fault, Faults, Severity};
-pub use host::{Embedded, Library, Source, Texts};
+pub use host::{Embedded, LIBRARY, Library, Source, Texts};
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
 pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{

@@ -620,6 +620,24 @@ impl Plan {
         self.quarters.get(&quarter).and_then(|plan| plan.seed)
     }
 
+    /// The places that rules marked: rule, place in metres, how often.
+    pub fn marks(&self) -> Vec<(String, Vec2, u64)> {
+        let mut files = BTreeMap::new();
+        for (_, rule) in self.roles() {
+            files.entry(rule.path().to_owned()).or_insert_with(Vec::new).push(rule.marks());
+        }
+        let mut found: Vec<(String, Vec2, u64)> = Vec::new();
+        for (path, marks) in files {
+            for (at, count) in marks.into_iter().flatten() {
+                match found.iter_mut().find(|(other, place, _)| *other == path && *place == at) {
+                    Some((.., known)) => *known = (*known).max(count),
+                    None => found.push((path.clone(), at, count)),
+                }
+            }
+        }
+        found
+    }
+
     /// What all rules printed: rule, text, how often.
     pub fn notes(&self) -> Vec<(String, String, u64)> {
         let of_rule = |(_, rule): (String, &Rule)| {

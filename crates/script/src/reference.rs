@@ -129,6 +129,7 @@ fn rules() -> Engine {
     register_params(&mut engine, "", Declared::default());
     words::register(&mut engine);
     crate::host::register_maths(&mut engine);
+    words::marks::register(&mut engine, &words::marks::Marks::default());
     engine
 }
 

@@ -10,7 +10,8 @@ use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
 use crate::testing::{Coverage, is_test};
 use crate::words;
-use geom::Id;
+use crate::words::marks::{Marks, register as register_marks};
+use geom::{Id, Vec2};
 use rhai::{
     AST, ASTNode, Caches, Dynamic, Engine, EvalAltResult, EvalContext, Expr, Expression, GlobalRuntimeState,
     ImmutableString, Locked, Position, Scope, Shared, Stmt, StmtBlock,
@@ -118,6 +119,7 @@ struct RuleFile {
     kinds: Vec<RuleKind>,
     texts: Texts,
     notes: Notes,
+    marks: Marks,
     /// Whether its branches are counted.
     is_counted: bool,
     readings: BTreeSet<Reading>,
@@ -168,6 +170,8 @@ impl Rule {
         register_params(&mut engine, &source.path, declared.clone());
         words::register(&mut engine);
         listen(&mut engine, notes.clone());
+        let marks = Marks::default();
+        register_marks(&mut engine, &marks);
         let ast = compile(&engine, source, around).map_err(|fault| vec![fault])?;
         let ast = counted(ast, &mut engine, source, around).map_err(|fault| vec![fault])?;
         let outcome = evaluate(&engine, &ast, source, around);
@@ -199,6 +203,7 @@ impl Rule {
             state,
             texts: around.texts.clone(),
             notes,
+            marks,
             is_counted: around.coverage.is_some(),
             readings,
             vocabulary,
@@ -312,6 +317,11 @@ impl Rule {
     pub fn notes(&self) -> Vec<(String, u64)> {
         let notes = self.file.notes.lock().unwrap_or_else(PoisonError::into_inner);
         notes.iter().map(|(text, count)| (text.clone(), *count)).collect()
+    }
+
+    /// The places in metres that it marked, with how often, by x, then y.
+    pub fn marks(&self) -> Vec<(Vec2, u64)> {
+        self.file.marks.all()
     }
 
     /// The identity of what it does: its text, the texts it imports, the values of its parameters. For caches.

@@ -4,14 +4,15 @@ use super::bars::Bars;
 use super::{BuildArguments, Failure, Status, faults};
 use city::export::{ColourBy, MapOptions, Mark};
 use city::progress::{Progress, Stage};
+use city::why::{Answer, explain, find};
 use city::{
-    BuildError, Built, BuiltFrom, Cancel, City, FaultReport, LoadError, Loaded, PresetError, Report, Settings, Sources,
-    Trace, build, export, load,
+    BuildError, Built, BuiltFrom, Cancel, City, FaultReport, LoadError, Loaded, MarkReport, PresetError, Report,
+    Settings, Sources, Trace, build, export, load,
 };
 use geom::Vec2;
 use script::Texts;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Builds a city and writes it.
 pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
@@ -60,23 +61,26 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     let settings = Settings {
         threads: usize::from(arguments.threads),
         until: arguments.until,
-        traces: !arguments.steps.is_empty(),
+        traces: !arguments.steps.is_empty() || arguments.trace.is_some(),
     };
-    let Built { city, report, trace } = build(&sources, settings, bars, &cancel).map_err(|error| match error {
+    let built = build(&sources, settings, bars, &cancel).map_err(|error| match error {
         BuildError::Cancelled => Failure::new(Status::Interrupted, error.to_string()),
         other => failed(&other),
     })?;
+    let city = built.city.clone();
     bars.begin(Stage::Export, 0);
-    let report = Report { built_from: Some(built_from(arguments)), ..report };
+    let report = Report { built_from: Some(built_from(arguments)), ..built.report.clone() };
     let mut json = serde_json::to_vec_pretty(&report).map_err(|error| failed(&error))?;
     json.push(b'\n');
     if arguments.colour_by == Some(ColourBy::District) && city.districts.is_empty() && !arguments.quiet {
         eprintln!("   warning  the city has no districts to colour by: all streets are grey");
     }
-    let marks = report.faults.iter().filter_map(mark_of).take(MOST_MARKS).collect();
+    let of_rules = report.marks.iter().map(mark_of_rule).take(MOST_RULE_MARKS);
+    let marks = report.faults.iter().filter_map(mark_of).take(MOST_MARKS).chain(of_rules).collect();
     let map = MapOptions { colour_by: arguments.colour_by, marks, ..MapOptions::default() };
+    let trace = built.trace.as_ref().filter(|_| !arguments.steps.is_empty());
     let steps =
-        trace.map_or(Ok(Vec::new()), |trace| steps(arguments, &city, &trace, &map)).map_err(|error| failed(&error))?;
+        trace.map_or(Ok(Vec::new()), |trace| steps(arguments, &city, trace, &map)).map_err(|error| failed(&error))?;
     let others: Vec<(&str, &[u8])> = std::iter::once((export::REPORT, &json[..]))
         .chain(steps.iter().map(|(name, content)| (&name[..], &content[..])))
         .collect();
@@ -90,7 +94,19 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     let names: Vec<_> =
         written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
+    if let Some(id) = &arguments.trace {
+        print!("{}", traced(id, &arguments.out, &sources, &built)?);
+    }
     Ok((report, written, loaded.texts))
+}
+
+/// Says step by step how something of the city just written came to be, by the first digits of its id.
+fn traced(id: &str, folder: &Path, sources: &Sources, built: &Built) -> Result<Answer, Failure> {
+    let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
+    let layout =
+        export::read_layout(&folder.join(export::Format::Layout.file_name())).map_err(|error| failed(&error))?;
+    let found = find(&layout, id).map_err(|error| Failure::new(Status::Usage, error.to_string()))?;
+    Ok(explain(&found, &layout, sources, built))
 }
 
 /// Most places of faults that a map shows.
@@ -101,6 +117,15 @@ fn mark_of(fault: &FaultReport) -> Option<Mark> {
     let [x, y] = fault.place?;
     let file = fault.file.rsplit(['/', '\\']).next().unwrap_or(&fault.file);
     Some(Mark { at: Vec2::new(x, y), words: format!("{file}:{}", fault.line) })
+}
+
+/// Most places marked by rules that a map shows.
+const MOST_RULE_MARKS: usize = 200;
+
+/// A place that a rule marked, with the rule's name.
+fn mark_of_rule(mark: &MarkReport) -> Mark {
+    let file = mark.rule.rsplit(['/', '\\']).next().unwrap_or(&mark.rule);
+    Mark { at: Vec2::from_array(mark.place), words: file.trim_end_matches(".rhai").to_owned() }
 }
 
 /// What is remembered of the command line, to build the same city again.

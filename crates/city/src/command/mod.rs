@@ -93,6 +93,9 @@ struct BuildArguments {
     /// Draws the streets after these derivation steps too, as map-step-28.svg and .png: steps count through all stages.
     #[arg(long, value_name = "STEP,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
     steps: Vec<u32>,
+    /// Says, once it is built, step by step how something came to be: the first digits of its id in layout.geojson do.
+    #[arg(long, value_name = "ID", conflicts_with = "json")]
+    trace: Option<String>,
     /// Colours the streets of the map by what they are or by the ground they run on, with a legend.
     #[arg(long, value_enum, value_name = "WHAT", alias = "color-by")]
     colour_by: Option<ColourBy>,

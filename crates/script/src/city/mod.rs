@@ -17,7 +17,8 @@ pub(crate) use streets::{rule_of, streets as street_plan};
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
 use crate::host::{
-    Closures, Limits, Resolver, Source, Spending, Vocabulary, engine, miscounted_calls, named_rules, unknown_words,
+    Closures, LIBRARY, Limits, Resolver, Source, Spending, Vocabulary, engine, first_call, miscounted_calls,
+    named_rules, unknown_words,
 };
 use crate::plan::Plan;
 use crate::preset::{Preset, full_name};
@@ -88,6 +89,12 @@ pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites
     if all {
         let mut others = faults.split_off(faults.len().min(1));
         others.extend(miscounted_calls(&ast, &source.path, &words).into_iter().map(measured));
+        others.extend(around.shelves.pin().changes().map(|message| {
+            let (line, column) = first_call(&ast, "library")
+                .map_or((0, 0), |at| (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32));
+            let help = format!("library({LIBRARY}) takes them over");
+            Fault { line, column, ..Fault::warning(&source.path, message).with_hint(Some(help)) }
+        }));
         others.extend(in_rules(&ast, source, around).into_iter().map(measured));
         add_others(&mut faults, others);
     }
@@ -198,7 +205,18 @@ pub(crate) fn register_words(engine: &mut Engine, around: Surroundings, sites: A
     crate::param::register_values(engine);
     mix::register(engine);
     rules(engine, around.clone());
+    library(engine, around.clone());
     presets(engine, around);
+}
+
+/// `library(1)`.
+fn library(engine: &mut Engine, around: Surroundings) {
+    FuncRegistration::new("library")
+        .with_params_info(["version"])
+        .with_comments([
+            "/// The version of the rule library that the script was made with: later ones change nothing in it.",
+        ])
+        .register_into_engine(engine, move |version: i64| Ok::<_, Refusal>(around.shelves.pin().choose(version)?));
 }
 
 /// `preset("village")`.

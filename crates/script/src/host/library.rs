@@ -1,6 +1,6 @@
 //! Where rules come from: libraries asked one after another, the last one embedded in the program.
 
-use crate::fault::Fault;
+use crate::fault::{Complaint, Fault};
 use crate::names::hint;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Debug;
@@ -62,6 +62,82 @@ const EMBEDDED: [(&str, &str); 30] = [
     ("streets/radial.rhai", include_str!("../../../../rules/streets/radial.rhai")),
 ];
 
+/// The version of the library that the program carries. It grows when the rules of it give another city than before; what
+/// they replace then goes to [`FORMER`], so that cities that keep to an earlier version stay as they are.
+pub const LIBRARY: u32 = 1;
+
+/// Texts of rules that later versions replaced: the last version that had them, name, text. None so far.
+const FORMER: [Former; 0] = [];
+
+/// The last version that had a text, its name, the text.
+type Former = (u32, &'static str, &'static str);
+
+/// The text of a rule in a version of a library.
+fn text_at(
+    version: u32,
+    name: &str,
+    former: &[Former],
+    current: &[(&'static str, &'static str)],
+) -> Option<&'static str> {
+    let replaced = former.iter().filter(|(until, known, _)| *until >= version && *known == name);
+    let replaced = replaced.min_by_key(|(until, ..)| *until).map(|(.., text)| *text);
+    replaced.or_else(|| current.iter().find(|(known, _)| *known == name).map(|(_, text)| *text))
+}
+
+/// The rules that are others now than in a version, each once.
+fn changed_since(version: u32, former: &[Former]) -> BTreeSet<&'static str> {
+    former.iter().filter(|(until, ..)| *until >= version).map(|(_, name, _)| name.trim_end_matches(".rhai")).collect()
+}
+
+/// Which version of the library a run keeps to. Shared by all that read from it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pin(Arc<Mutex<Pinned>>);
+
+#[derive(Debug, Default)]
+struct Pinned {
+    version: Option<u32>,
+    /// Whether something was read: then it is too late to choose.
+    is_read: bool,
+}
+
+impl Pin {
+    /// Keeps to a version from now on.
+    pub fn choose(&self, version: i64) -> Result<(), Complaint> {
+        let mut pinned = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if pinned.is_read {
+            let help = "put it at the top of the script";
+            return Err(Complaint::new("library(…) stands before the first rule(…) and preset(…)").hint(help));
+        }
+        let known = u32::try_from(version).ok().filter(|version| (1..=LIBRARY).contains(version));
+        let unknown = || {
+            let message = format!("this program has no version {version} of the library");
+            Complaint::new(message).hint(format!("it carries version {LIBRARY} and those before it"))
+        };
+        pinned.version = Some(known.ok_or_else(unknown)?);
+        Ok(())
+    }
+
+    /// The version to read from.
+    fn reading(&self) -> u32 {
+        let mut pinned = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        pinned.is_read = true;
+        pinned.version.unwrap_or(LIBRARY)
+    }
+
+    /// What there is to say about keeping to an earlier version: which rules a later one changes.
+    pub fn changes(&self) -> Option<String> {
+        let version = self.0.lock().unwrap_or_else(PoisonError::into_inner).version?;
+        told_changes(version, &changed_since(version, &FORMER))
+    }
+}
+
+fn told_changes(version: u32, changed: &BTreeSet<&str>) -> Option<String> {
+    let names: Vec<&str> = changed.iter().copied().collect();
+    let told =
+        || format!("this city keeps to version {version} of the library; later ones change {}", names.join(", "));
+    (!names.is_empty()).then(told)
+}
+
 /// The library that the program carries.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Embedded;
@@ -83,12 +159,16 @@ impl Library for Embedded {
 
 /// The libraries of one run in the order they are asked.
 #[derive(Clone, Debug)]
-pub(crate) struct Shelves(Arc<[Arc<dyn Library>]>);
+pub(crate) struct Shelves {
+    libraries: Arc<[Arc<dyn Library>]>,
+    pin: Pin,
+}
 
 impl Shelves {
     /// The given libraries, then the embedded one.
     pub fn new(libraries: Vec<Arc<dyn Library>>) -> Self {
-        Self(libraries.into_iter().chain([Arc::new(Embedded) as Arc<dyn Library>]).collect())
+        let libraries = libraries.into_iter().chain([Arc::new(Embedded) as Arc<dyn Library>]).collect();
+        Self { libraries, pin: Pin::default() }
     }
 
     /// Reads a script by its name without `.rhai`, e.g. `streets/grid`.
@@ -99,20 +179,36 @@ impl Shelves {
             return Err(Fault::new(name, "names nothing inside a rule library").with_hint(Some(help.into())));
         }
         let file = format!("{name}.rhai");
-        match self.0.iter().find_map(|library| library.read(&file)) {
+        match self.find(&file) {
             Some(found) => found.map_err(|reason| Fault::new(file, reason)),
             None => Err(self.missing(name)),
         }
     }
 
+    /// Which version of the library is read from.
+    pub fn pin(&self) -> &Pin {
+        &self.pin
+    }
+
+    /// The file of that name in the first library that has it; of the built-in one in the version that is kept to.
+    fn find(&self, file: &str) -> Option<Result<Source, String>> {
+        let others = &self.libraries[..self.libraries.len() - 1];
+        let found = others.iter().find_map(|library| library.read(file));
+        let built_in = || {
+            let text = text_at(self.pin.reading(), file, &FORMER, &EMBEDDED)?;
+            Some(Ok(Source { text: text.to_owned(), path: format!("rules/{file}") }))
+        };
+        found.or_else(built_in)
+    }
+
     /// All names without `.rhai`.
     pub fn names(&self) -> BTreeSet<String> {
-        let all = self.0.iter().flat_map(|library| library.names());
+        let all = self.libraries.iter().flat_map(|library| library.names());
         all.map(|name| name.strip_suffix(".rhai").unwrap_or(&name).to_owned()).collect()
     }
 
     fn missing(&self, name: &str) -> Fault {
-        let places: Vec<String> = self.0.iter().map(|library| library.place()).collect();
+        let places: Vec<String> = self.libraries.iter().map(|library| library.place()).collect();
         let names = self.names();
         let message = format!("there is no rule of that name in {}", places.join(", "));
         Fault::new(name, message).with_hint(hint(name, names.iter().map(String::as_str)))
@@ -191,6 +287,29 @@ mod tests {
         let mut found = Vec::new();
         files_below(&root, &root, &mut found);
         assert_eq!(Embedded.names(), found);
+    }
+
+    #[test]
+    fn earlier_versions_stay_as_they_were() {
+        let former: [Former; 3] = [(1, "a.rhai", "a1"), (3, "a.rhai", "a3"), (2, "b.rhai", "b2")];
+        let current = [("a.rhai", "a5"), ("b.rhai", "b5"), ("c.rhai", "c")];
+        let at = |version, name| text_at(version, name, &former, &current);
+        assert_eq!((1..=5).map(|v| at(v, "a.rhai")).collect::<Vec<_>>(), ["a1", "a3", "a3", "a5", "a5"].map(Some));
+        assert_eq!((1..=3).map(|v| at(v, "b.rhai")).collect::<Vec<_>>(), ["b2", "b2", "b5"].map(Some));
+        assert_eq!((at(1, "c.rhai"), at(1, "d.rhai")), (Some("c"), None));
+        assert_eq!(changed_since(3, &former).into_iter().collect::<Vec<_>>(), ["a"]);
+        let told = told_changes(2, &changed_since(2, &former));
+        assert_eq!(told.as_deref(), Some("this city keeps to version 2 of the library; later ones change a, b"));
+        assert_eq!(told_changes(4, &changed_since(4, &former)), None);
+    }
+
+    #[test]
+    fn a_version_is_chosen_once_and_before_anything_is_read() {
+        let shelves = Shelves::new(vec![]);
+        assert!(shelves.pin().choose(0).is_err() && shelves.pin().choose(i64::from(LIBRARY) + 1).is_err());
+        assert!(shelves.pin().choose(i64::from(LIBRARY)).is_ok() && shelves.pin().changes().is_none());
+        shelves.read("streets/grid").expect("is there");
+        assert!(shelves.pin().choose(1).expect_err("too late").message.contains("before the first rule"));
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub(crate) use check::{
     unknown_words,
 };
 pub(crate) use engine::{Closures, Limits, compile, engine, refuse_captures};
-pub use library::{Embedded, Library, Source, Texts};
+pub use library::{Embedded, LIBRARY, Library, Source, Texts};
 pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric, register as register_maths};
 pub(crate) use resolver::{Modules, Reading, Resolver};

@@ -58,7 +58,7 @@ pub(super) const PLAIN: [(&str, &str); 37] = [
 ];
 
 /// What is asked, `*` for several things alike; the word; a line. `IT` is what it is asked of.
-const EXAMPLES: [(&str, &str, &str); 131] = [
+const EXAMPLES: [(&str, &str, &str); 133] = [
     ("", "PI", "sin(PI() / 2)"),
     ("", "sin", "sin(to_radians(30))"),
     ("", "cos", "cos(to_radians(60))"),
@@ -112,6 +112,7 @@ const EXAMPLES: [(&str, &str, &str); 131] = [
     ("", "angle", "angle(30)"),
     ("", "arms", "arms(4)"),
     ("", "own", "own()"),
+    ("", "mark", "mark(500, 400)"),
     ("tip", "steer", "tip.steer(cross(0))"),
     ("tip", "ahead", "tip.ahead(80)"),
     ("tip", "branch_left", "tip.branch_left(60, #{ delay: 2, width: 8 })"),
@@ -160,6 +161,7 @@ const EXAMPLES: [(&str, &str, &str); 131] = [
     ("", "districts_from", "districts_from(\"districts.geojson\")"),
     ("", "by_district", "by_district(#{ harbour: 20 }, 10)"),
     ("", "rule", "rule(\"streets/grid\", #{ heading: 12 })"),
+    ("", "library", "library(1)"),
     ("", "preset", "preset(\"village\")"),
     ("site", "districts", "site.districts(\"districts\", #{ harbour: \"#2980b9\", none: \"#ffffff\" })"),
     ("a map of the site", "between", "site.map(\"old_town\").between(60, 120)"),

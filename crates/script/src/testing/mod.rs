@@ -203,6 +203,7 @@ impl TestFile {
         // A rule's own file declares parameters: here nobody asks for them.
         register_params(&mut engine, &self.source.path, Declared::default());
         words::register(&mut engine);
+        words::marks::register(&mut engine, &words::marks::Marks::default());
         register_words(&mut engine, around.clone(), self.bench.sites.clone());
         ask::register(&mut engine, desk, around, &self.rule);
         town::register(&mut engine, desk, around, self.bench.laboratory.clone());

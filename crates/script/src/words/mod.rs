@@ -3,6 +3,7 @@
 mod block;
 mod chain;
 mod ground;
+pub(crate) mod marks;
 mod numbers;
 mod once;
 pub(crate) mod options;
