@@ -473,7 +473,7 @@ impl Library for RuleFolder {
     }
 
     fn place(&self) -> String {
-        self.0.display().to_string()
+        if self.0 == Path::new(".") { "this folder".into() } else { self.0.display().to_string() }
     }
 
     fn names(&self) -> Vec<String> {

@@ -208,6 +208,9 @@ fn a_rule_may_use_another_without_its_parameters() {
 fn a_file_that_decides_nothing_is_told_what_it_may_decide() {
     assert_eq!(refused("fn propos(tip, p) { }").hint.as_deref(), Some("did you mean `fn propose(tip, p)`?"));
     assert_eq!(refused("fn build(p) { }").hint.as_deref(), Some("write `fn build(shape, p)`"));
+    let help = Some("it is an argument: write `fn propose(tip, p)`");
+    assert_eq!(refused("fn propose() { tip.ahead(5); }").hint.as_deref(), help);
+    assert_ne!(refused("fn f() { tip.x }\nfn propose(tip, p) { f(); }").hint.as_deref(), help);
     assert!(refused("").hint.expect("a hint").starts_with("a rule has one of the functions propose(tip, p), "));
 }
 

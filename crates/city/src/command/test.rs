@@ -6,6 +6,7 @@ use city::{FaultReport, LoadError};
 use script::testing::{Branch, Coverage};
 use serde_json::{Value, json};
 use similar::{ChangeTag, TextDiff};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -55,7 +56,12 @@ pub fn run(arguments: &TestArguments) -> Result<Status, Failure> {
         };
         let written =
             if accepted > 0 { format!(", {} accepted", faults::counted(accepted, "snapshot")) } else { String::new() };
-        println!("{told}{written}");
+        let unread: BTreeSet<&str> = reports.iter().map(|report| report.file.as_str()).collect();
+        let unread = match unread.len() {
+            0 => String::new(),
+            count => format!("; those in {} could not be read", faults::counted(count, "file")),
+        };
+        println!("{told}{unread}{written}");
         if let Some(coverage) = &settings.coverage {
             suite.rules().iter().for_each(|(_, path)| print!("{}", coverage_text(path, &coverage.of(path))));
         }

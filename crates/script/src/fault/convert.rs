@@ -3,6 +3,7 @@
 use super::{Call, Complaint, Fault, plural, text};
 use crate::host::{Texts, Vocabulary};
 use crate::names::{hint, nearest};
+use crate::rule::RuleKind;
 use rhai::{Dynamic, EvalAltResult, LexError, ParseErrorType, Position};
 use std::any::Any;
 
@@ -297,9 +298,17 @@ fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
 fn unknown_variable(name: &str, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
     let text = diagnosis.texts.get(file);
     let near = text.as_deref().and_then(|text| nearest(name, declared(text)).map(str::to_owned));
-    let help = match near {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => "a function sees only its arguments and, as `global::NAME`, the constants of its file".into(),
+    // Whoever writes `fn propose()` knows what it is asked about, and not that it is an argument.
+    let lacks = |text: &str, kind: &RuleKind| {
+        text.contains(&format!("fn {}(", kind.function())) && !text.contains(&format!("fn {}", kind.form()))
+    };
+    let is_asked =
+        |kind: &RuleKind| kind.arguments().contains(&name) && text.as_deref().is_some_and(|text| lacks(text, kind));
+    let asked = RuleKind::ALL.into_iter().find(is_asked);
+    let help = match (asked, near) {
+        (Some(kind), _) => format!("it is an argument: write `fn {}`", kind.form()),
+        (None, Some(near)) => format!("did you mean `{near}`?"),
+        (None, None) => "a function sees only its arguments and, as `global::NAME`, the constants of its file".into(),
     };
     Complaint::new(format!("there is no variable `{name}` here")).hint(help)
 }
