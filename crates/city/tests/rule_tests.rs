@@ -136,6 +136,14 @@ fn faults_of_rules_are_told_where_they_are() {
 }
 
 #[test]
+fn the_element_of_which_a_claim_does_not_hold_is_told() {
+    let tests = "fn test_all() {\n    let most = 2;\n    assert_all([1, 2], |n| n <= most);\n    assert_all([1, 3, 4], |n| n <= most);\n}\n";
+    let place = place(&[("streets/mine.rhai", RULE), ("streets/mine.test.rhai", tests)]);
+    let told = told(place.path(), &["."], 1);
+    assert!(told.contains("this does not hold of 3") && told.contains("mine.test.rhai:4:5"), "{told}");
+}
+
+#[test]
 fn nothing_to_run_is_told() {
     let place = place(&[("streets/mine.rhai", RULE), ("streets/other.test.rhai", "fn helper() { }\n")]);
     assert!(told(place.path(), &["streets/mine.rhai"], 2).contains("there are no tests"));

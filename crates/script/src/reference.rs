@@ -226,9 +226,10 @@ pub fn markdown() -> String {
             chapter.title, chapter.about
         );
         for word in &chapter.words {
-            let forms: Vec<String> = word.forms.iter().map(|form| format!("`{form}`")).collect();
-            let row = format!("| {} | {} | `{}` |\n", forms.join("<br>"), word.about, word.example);
-            text += &row.replace("||", "\\|\\|");
+            // A bar would end the cell.
+            let cell = |text: &str| text.replace('|', "\\|");
+            let forms: Vec<String> = word.forms.iter().map(|form| format!("`{}`", cell(form))).collect();
+            text += &format!("| {} | {} | `{}` |\n", forms.join("<br>"), cell(&word.about), cell(&word.example));
         }
     }
     text
@@ -257,6 +258,7 @@ fn definition(object: Option<&str>, name: &str, form: &str, about: &str) -> Stri
     let plain = |argument: &str| match argument.chars().next() {
         Some('#') => "options".to_owned(),
         Some('[') => "list".to_owned(),
+        Some('|') => "closure".to_owned(),
         _ => argument.chars().filter(|c| c.is_alphanumeric() || *c == '_').collect(),
     };
     let names: Vec<String> =

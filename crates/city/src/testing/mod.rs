@@ -199,10 +199,9 @@ pub fn side_by_side<T: Sync, R: Send>(
     let threads = if threads == 0 { all() } else { threads };
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(things.len())));
     let toil = || {
-        while let Some((at, thing)) = {
+        loop {
             let at = next.fetch_add(1, Ordering::Relaxed);
-            things.get(at).map(|thing| (at, thing))
-        } {
+            let Some(thing) = things.get(at) else { break };
             let result = work(thing);
             done.lock().unwrap_or_else(PoisonError::into_inner).push((at, result));
         }

@@ -158,6 +158,10 @@ fn is_handed_on(around: &[ASTNode<'_>], names: &[&str]) -> bool {
     match around {
         [.., ASTNode::Expr(Expr::FnCall(call, _)), ASTNode::Expr(Expr::Map(..))]
         | [.., ASTNode::Stmt(Stmt::FnCall(call, _)), ASTNode::Expr(Expr::Map(..))] => call.name == "site",
+        [.., ASTNode::Expr(Expr::FnCall(call, _)) | ASTNode::Stmt(Stmt::FnCall(call, _))] => {
+            let is_of = |argument: &Expr| matches!(argument, Expr::Variable(of, ..) if names.contains(&of.1.as_str()));
+            call.name == "assert_all" && !call.args.iter().any(is_of)
+        }
         [before @ .., ASTNode::Expr(Expr::MethodCall(call, _))] => {
             let is_of = |node: &ASTNode<'_>| match node {
                 ASTNode::Expr(Expr::Dot(parts, ..) | Expr::Index(parts, ..)) => {

@@ -58,7 +58,7 @@ pub(super) const PLAIN: [(&str, &str); 37] = [
 ];
 
 /// What is asked, `*` for several things alike; the word; a line. `IT` is what it is asked of.
-const EXAMPLES: [(&str, &str, &str); 133] = [
+const EXAMPLES: [(&str, &str, &str); 134] = [
     ("", "PI", "sin(PI() / 2)"),
     ("", "sin", "sin(to_radians(30))"),
     ("", "cos", "cos(to_radians(60))"),
@@ -169,6 +169,7 @@ const EXAMPLES: [(&str, &str, &str); 133] = [
     ("a map of the site", "clamp", "site.map(\"density\").clamp(60, 120)"),
     ("a map of the site", "invert", "site.map(\"old_town\").invert()"),
     ("", "assert", "assert(1 < 2, \"one is less\")"),
+    ("", "assert_all", "assert_all(town.streets(), |street| street.length < 5000)"),
     ("", "assert_eq", "assert_eq([1, 2].len(), 2)"),
     ("", "assert_near", "assert_near(0.1 + 0.2, 0.3, 0.001)"),
     ("", "city", "city(#{ site: standard(), minors: streets(#{ pattern: rule() }) })"),

@@ -6,7 +6,7 @@ use super::town::TownHandle;
 use crate::fault::{Complaint, Refusal};
 use crate::host::{kind_of, numeric};
 use crate::rule::Rule;
-use rhai::{Dynamic, Engine, FuncRegistration};
+use rhai::{Array, Dynamic, Engine, FnPtr, FuncRegistration, NativeCallContext};
 
 type Held = Result<(), Refusal>;
 
@@ -40,6 +40,19 @@ pub(super) fn register(engine: &mut Engine, desk: &Desk) {
             let within = numeric("how near they must be", &within)?;
             let message = || format!("found {}, wanted {wanted} ± {within}", answer::number(found));
             Ok(held(&own, (found - wanted).abs() <= within, message)?)
+        });
+    let own = desk.clone();
+    FuncRegistration::new("assert_all")
+        .with_params_info(["list", "|element| condition"])
+        .with_comments(["/// The test fails unless a condition holds of each element of a list; it tells the first of which it does not."])
+        .register_into_engine(engine, move |context: NativeCallContext, list: Array, claim: FnPtr| -> Held {
+            for element in list {
+                let told = claim.call_within_context::<Dynamic>(&context, (element.clone(),))?;
+                let wrong = || Complaint::new(format!("the condition is true or false, not {}", kind_of(&told)));
+                let is_so = told.as_bool().map_err(|_| wrong())?;
+                held(&own, is_so, || format!("this does not hold of {}", answer::line(&element)))?;
+            }
+            Ok(())
         });
     snapshots(engine, desk);
 }
