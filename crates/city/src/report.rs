@@ -47,8 +47,6 @@ pub struct MarkReport {
     pub rule: String,
     /// The place, metres.
     pub place: [f64; 2],
-    /// How often.
-    pub count: u64,
 }
 
 /// A line that a rule printed.
@@ -237,7 +235,7 @@ impl Report {
 
     /// Keeps what rules marked.
     pub(crate) fn marked(&mut self, plan: &Plan) {
-        let mark = |(rule, at, count): (String, geom::Vec2, u64)| MarkReport { rule, place: at.to_array(), count };
+        let mark = |(rule, at): (String, geom::Vec2)| MarkReport { rule, place: at.to_array() };
         self.marks = plan.marks().into_iter().map(mark).collect();
     }
 

@@ -119,6 +119,10 @@ fn nonsense_is_told_with_what_to_do() {
         let told = refused(&mut loaded, assignment);
         assert!(told.contains(words), "{assignment}: {told}");
     }
+    // What is made for majors is no district's and no quarter's.
+    for target in ["district:west", "quarter:0123456789abcdef0123456789abcdef"] {
+        assert!(refused(&mut loaded, &format!("{target}=avenues")).contains("is made for majors"));
+    }
     // Constraints of another rule cannot hold in one district alone.
     assert!(refused(&mut loaded, "district:west=mountain_road").contains("cannot be laid on a district"));
     for (text, words) in [

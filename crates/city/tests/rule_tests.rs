@@ -1,27 +1,15 @@
 //! `plat test`: tests of rules as their writers run them.
 
+#[path = "common/command.rs"]
+mod common;
+
+use common::{place, plat, write};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
 
 const RULE: &str = "//! Mine.\nparams(#{ length: metres(80).range(20, 200).about(\"Piece\") });\n\
     fn propose(tip, p) {\n    if tip.age > 900 { tip.ahead(1); }\n    tip.steer(cross(0));\n    tip.fork(p.length, p.length);\n}\n";
-
-fn place(files: &[(&str, &str)]) -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for (name, text) in files {
-        let path = folder.path().join(name);
-        fs::create_dir_all(path.parent().expect("a parent")).expect("made");
-        fs::write(path, text).expect("written");
-    }
-    folder
-}
-
-fn plat(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plat")).current_dir(folder).args(arguments).output().expect("plat runs")
-}
 
 /// Runs `plat test` and asserts the status; all that it told.
 fn told(folder: &Path, arguments: &[&str], status: i32) -> String {
@@ -62,7 +50,7 @@ fn snapshots_are_new_then_accepted_then_differ() {
     assert!(told(place.path(), &[".", "--accept"], 0).contains("2 snapshots accepted"));
     assert!(snap("town.svg").exists() && !snap("params.svg").exists());
     told(place.path(), &["."], 0);
-    fs::write(place.path().join("streets/mine.rhai"), RULE.replace("metres(80)", "metres(90)")).expect("written");
+    write(place.path(), "streets/mine.rhai", &RULE.replace("metres(80)", "metres(90)"));
     let told_now = told(place.path(), &["."], 1);
     for word in ["- length = 80 m, 20 to 200: Piece", "+ length = 90 m, 20 to 200: Piece", "- km ", "+ km "] {
         assert!(told_now.contains(word), "`{word}` is missing from: {told_now}");
@@ -81,13 +69,13 @@ fn a_test_that_fails_keeps_its_snapshots() {
     let place = place(&[("streets/mine.rhai", RULE), ("streets/mine.test.rhai", tests)]);
     told(place.path(), &[".", "--accept"], 0);
     for broken in ["fn test_town() { assert(false); snapshot(rule()); }\n", "fn test_town() { snapshot(rlue()); }\n"] {
-        fs::write(place.path().join("streets/mine.test.rhai"), broken).expect("written");
+        write(place.path(), "streets/mine.test.rhai", broken);
         let told = told(place.path(), &[".", "--accept"], 1);
         assert!(!told.contains("removes"), "{told}");
         assert!(place.path().join("streets/snapshots/mine.town.snap").exists());
     }
-    fs::write(place.path().join("streets/mine.test.rhai"), tests).expect("written");
-    fs::write(place.path().join("streets/mine.rhai"), "fn propose(tip, p) { tip.ahaed(3); }").expect("written");
+    write(place.path(), "streets/mine.test.rhai", tests);
+    write(place.path(), "streets/mine.rhai", "fn propose(tip, p) { tip.ahaed(3); }");
     told(place.path(), &[".", "--accept"], 1);
     assert!(place.path().join("streets/snapshots/mine.town.snap").exists());
 }
@@ -152,7 +140,7 @@ fn nothing_to_run_is_told() {
     told(place.path(), &[], 2);
     told(place.path(), &[".", "--trials", "0"], 2);
     let missing = "fn test_x() { rule(); }\n";
-    fs::write(place.path().join("streets/other.test.rhai"), missing).expect("written");
+    write(place.path(), "streets/other.test.rhai", missing);
     assert!(told(place.path(), &["streets/other.test.rhai"], 1).contains("there is no rule of that name"));
     assert!(told(place.path(), &[".", "--only", "zzz"], 2).contains("no test is called `zzz`"));
 }

@@ -1,14 +1,12 @@
 //! What rule writers work with beside the build: `plat check`, `plat rules`, `plat new`.
 
+#[path = "common/command.rs"]
+mod common;
+
+use common::{place, plat, write};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
-
-fn plat(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plat")).current_dir(folder).args(arguments).output().expect("plat runs")
-}
 
 /// Runs and asserts the status; what it printed.
 fn expect(folder: &Path, arguments: &[&str], status: i32) -> String {
@@ -22,16 +20,6 @@ fn json(folder: &Path, arguments: &[&str], status: i32) -> Value {
     serde_json::from_str(&expect(folder, arguments, status)).expect("one JSON value")
 }
 
-fn place() -> TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
-
-fn write(folder: &Path, name: &str, text: &str) {
-    let path = folder.join(name);
-    fs::create_dir_all(path.parent().expect("a parent")).expect("made");
-    fs::write(path, text).expect("written");
-}
-
 /// File and place of each fault of a report.
 fn spots(report: &Value) -> Vec<String> {
     let faults = report["faults"].as_array().expect("a list").iter();
@@ -42,7 +30,7 @@ const KINDS: [&str; 7] = ["streets", "goals", "constraints", "constrain", "parce
 
 #[test]
 fn new_things_are_sound_and_work() {
-    let place = place();
+    let place = place(&[]);
     expect(place.path(), &["new", "city", "town"], 0);
     for kind in KINDS {
         expect(place.path(), &["new", "rule", kind, &format!("my_{kind}"), "--in", "town"], 0);
@@ -73,7 +61,7 @@ fn new_things_are_sound_and_work() {
 
 #[test]
 fn new_never_writes_over_and_takes_plain_names_only() {
-    let place = place();
+    let place = place(&[]);
     expect(place.path(), &["new", "rule", "streets", "mine"], 0);
     write(place.path(), "streets/mine.rhai", "// changed");
     expect(place.path(), &["new", "rule", "streets", "mine"], 2);
@@ -88,7 +76,7 @@ fn new_never_writes_over_and_takes_plain_names_only() {
 
 #[test]
 fn check_finds_everything_in_all_files_at_once() {
-    let place = place();
+    let place = place(&[]);
     write(
         place.path(),
         "city.rhai",
@@ -135,7 +123,7 @@ fn check_finds_everything_in_all_files_at_once() {
 
 #[test]
 fn check_reads_maps_and_says_what_is_missing() {
-    let place = place();
+    let place = place(&[]);
     write(
         place.path(),
         "city.rhai",
@@ -162,7 +150,7 @@ fn all_that_is_shipped_is_sound() {
 
 #[test]
 fn rules_are_listed_with_all_that_can_be_set() {
-    let place = place();
+    let place = place(&[]);
     let all = json(place.path(), &["rules", "--json"], 0);
     let rules = all["rules"].as_array().expect("a list");
     assert!(rules.len() >= 16, "{} rules", rules.len());

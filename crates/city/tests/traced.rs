@@ -1,26 +1,17 @@
 //! What a rule writer sees while looking at single things: `--trace`, `mark(x, y)`; and the library that a city keeps to.
 
+#[path = "common/command.rs"]
+mod common;
+
+use common::{place, plat};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
 
 const CITY: &str = "library(1);\ncity(#{ site: site(#{ size: [500, 500] }), minors: streets(#{ pattern: rule(\"mine\") }), \
                     parcels: rule(\"parcels/recursive\") });\n";
 const RULE: &str = "//! Mine.\nfn propose(tip, p) {\n    if tip.age == 1 { mark(tip.x, tip.y); }\n    if tip.age == 2 { mark(tip.peak()); }\n    \
                     tip.steer(cross(10));\n    tip.fork(90, 90);\n}\n";
-
-fn place(city: &str) -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("city.rhai"), city).expect("written");
-    fs::write(folder.path().join("mine.rhai"), RULE).expect("written");
-    folder
-}
-
-fn plat(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plat")).current_dir(folder).args(arguments).output().expect("plat runs")
-}
 
 fn read(folder: &Path, name: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join(name)).expect("a file")).expect("JSON")
@@ -28,7 +19,7 @@ fn read(folder: &Path, name: &str) -> Value {
 
 #[test]
 fn a_thing_is_traced_by_its_id() {
-    let place = place(CITY);
+    let place = place(&[("city.rhai", CITY), ("mine.rhai", RULE)]);
     assert!(plat(place.path(), &["build", ".", "--quiet"]).status.success());
     let layout = read(place.path(), "out/layout.geojson");
     let features = layout["features"].as_array().expect("features");
@@ -45,7 +36,7 @@ fn a_thing_is_traced_by_its_id() {
 
 #[test]
 fn marks_of_rules_stand_in_the_report_and_on_the_map() {
-    let place = place(CITY);
+    let place = place(&[("city.rhai", CITY), ("mine.rhai", RULE)]);
     assert!(plat(place.path(), &["build", ".", "--quiet", "--threads", "1"]).status.success());
     let report = read(place.path(), "out/report.json");
     let marks = report["marks"].as_array().expect("marks");
@@ -67,7 +58,8 @@ fn a_library_is_chosen_first_and_must_be_there() {
         ("library(9);\n", "this program has no version 9 of the library"),
         ("let r = rule(\"streets/grid\");\nlibrary(1);\n", "stands before the first rule(…)"),
     ] {
-        let place = place(&format!("{text}{}", CITY.replace("library(1);\n", "")));
+        let city = format!("{text}{}", CITY.replace("library(1);\n", ""));
+        let place = place(&[("city.rhai", &city), ("mine.rhai", RULE)]);
         let output = plat(place.path(), &["check", "."]);
         let told = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code() == Some(1) && told.contains(words), "{told}");

@@ -475,7 +475,7 @@ impl Plan {
 
     /// The maps that parameters are read from or name, by name.
     pub fn param_maps(&self) -> Vec<&MapRef> {
-        let of_rules = self.roles().into_iter().flat_map(|(_, rule)| rule.params().iter().map(|(_, value)| value));
+        let of_rules = self.rules().flat_map(|rule| rule.params().iter().map(|(_, value)| value));
         let of_quarters = self.quarters.values().flat_map(|quarter| quarter.set.values());
         let streets = [&self.highways, &self.majors, &self.minors].into_iter().flatten();
         let widths = streets.clone().filter_map(|plan| plan.width.as_ref());
@@ -483,10 +483,7 @@ impl Plan {
             Some(GoalPlan::Fixed(goal)) => Some(goal.maps()),
             _ => None,
         });
-        let presets = self.quarters.values().filter_map(|quarter| quarter.preset.as_ref());
-        let of_presets =
-            presets.flat_map(Preset::rules).flat_map(|(_, rule)| rule.params().iter().map(|(_, value)| value));
-        let values = of_rules.chain(of_quarters).chain(of_presets).chain(widths);
+        let values = of_rules.chain(of_quarters).chain(widths);
         let mut maps: Vec<&MapRef> = values.flat_map(Value::maps).chain(goals.flatten()).collect();
         maps.sort();
         maps.dedup();
@@ -620,31 +617,29 @@ impl Plan {
         self.quarters.get(&quarter).and_then(|plan| plan.seed)
     }
 
-    /// The places that rules marked: rule, place in metres, how often.
-    pub fn marks(&self) -> Vec<(String, Vec2, u64)> {
-        let mut files = BTreeMap::new();
-        for (_, rule) in self.roles() {
-            files.entry(rule.path().to_owned()).or_insert_with(Vec::new).push(rule.marks());
-        }
-        let mut found: Vec<(String, Vec2, u64)> = Vec::new();
-        for (path, marks) in files {
-            for (at, count) in marks.into_iter().flatten() {
-                match found.iter_mut().find(|(other, place, _)| *other == path && *place == at) {
-                    Some((.., known)) => *known = (*known).max(count),
-                    None => found.push((path.clone(), at, count)),
-                }
-            }
-        }
+    /// Every rule of the plan: those that play roles, and those of presets of quarters.
+    fn rules(&self) -> impl Iterator<Item = &Rule> {
+        let presets = self.quarters.values().filter_map(|quarter| quarter.preset.as_ref());
+        let of_presets = presets.flat_map(Preset::rules).map(|(_, rule)| rule);
+        self.roles().into_iter().map(|(_, rule)| rule).chain(of_presets)
+    }
+
+    /// The places that rules marked: rule and place in metres, in order, each once.
+    pub fn marks(&self) -> Vec<(String, Vec2)> {
+        let marks = |rule: &Rule| rule.marks().into_iter().map(|at| (rule.path().to_owned(), at)).collect::<Vec<_>>();
+        let mut found: Vec<_> = self.rules().flat_map(marks).collect();
+        found.sort_by(|(a, p), (b, q)| a.cmp(b).then(p.x.total_cmp(&q.x)).then(p.y.total_cmp(&q.y)));
+        found.dedup();
         found
     }
 
     /// What all rules printed: rule, text, how often.
     pub fn notes(&self) -> Vec<(String, String, u64)> {
-        let of_rule = |(_, rule): (String, &Rule)| {
+        let of_rule = |rule: &Rule| {
             let path = rule.path().to_owned();
             rule.notes().into_iter().map(move |(text, count)| (path.clone(), text, count)).collect::<Vec<_>>()
         };
-        let mut notes: Vec<_> = self.roles().into_iter().flat_map(of_rule).collect();
+        let mut notes: Vec<_> = self.rules().flat_map(of_rule).collect();
         notes.sort();
         notes.dedup();
         notes

@@ -287,6 +287,16 @@ impl Plan {
                 };
                 *slot = Some(preset.on_streets(slot.as_ref()).ok_or_else(nothing)?);
             }
+            PresetTarget::District(_) | PresetTarget::Quarter(_) if preset.class() != "minors" => {
+                return Err(ParamError {
+                    message: format!(
+                        "preset `{}` is made for {}, which are the whole city's",
+                        preset.name(),
+                        preset.class()
+                    ),
+                    hint: Some(format!("lay it on all of them: {}={}", preset.class(), preset.name())),
+                });
+            }
             PresetTarget::District(name) => return self.apply_in_district(preset, name),
             PresetTarget::Quarter(id) => {
                 self.quarters.entry(*id).or_default().preset = Some(preset.clone());

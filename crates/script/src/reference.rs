@@ -3,6 +3,7 @@
 
 use crate::Host;
 use crate::city::register_words;
+use crate::host::split;
 use crate::param::{Declaration, Declared, register as register_params};
 use crate::rule::Rule;
 use crate::testing::{Bench, word_engine};
@@ -174,22 +175,8 @@ fn registered(engine: &Engine, room: Room) -> Vec<Registered> {
 
 /// Argument names without the types that Rhai puts behind them.
 fn without_types(arguments: &str) -> String {
-    let mut text = String::new();
-    let mut depth = 0;
-    let mut is_type = false;
-    for letter in arguments.chars() {
-        match letter {
-            '{' | '[' | '(' => depth += 1,
-            '}' | ']' | ')' => depth -= 1,
-            ':' if depth == 0 => is_type = true,
-            ',' if depth == 0 => is_type = false,
-            _ => {}
-        }
-        if !is_type {
-            text.push(letter);
-        }
-    }
-    text
+    let names = split(arguments, ',').into_iter().filter_map(|argument| Some(split(argument, ':').first()?.trim()));
+    names.collect::<Vec<_>>().join(", ")
 }
 
 /// What types are called, told from their properties, and those without any.
@@ -261,27 +248,10 @@ fn definition(object: Option<&str>, name: &str, form: &str, about: &str) -> Stri
         Some('|') => "closure".to_owned(),
         _ => argument.chars().filter(|c| c.is_alphanumeric() || *c == '_').collect(),
     };
+    let arguments = split(arguments.trim_end_matches(')'), ',').into_iter().map(str::trim);
     let names: Vec<String> =
-        split(arguments.trim_end_matches(')')).iter().map(|argument| format!("{}: ?", plain(argument))).collect();
+        arguments.filter(|argument| !argument.is_empty()).map(|argument| format!("{}: ?", plain(argument))).collect();
     format!("\n/// {about}\n///\n/// `{form}`\nfn {name}({}) -> ?;\n", names.join(", "))
-}
-
-/// Arguments, those in brackets in one piece.
-fn split(arguments: &str) -> Vec<String> {
-    let (mut parts, mut depth) = (vec![String::new()], 0);
-    for letter in arguments.chars() {
-        match letter {
-            '{' | '[' | '(' => depth += 1,
-            '}' | ']' | ')' => depth -= 1,
-            _ => {}
-        }
-        if letter == ',' && depth == 0 {
-            parts.push(String::new());
-        } else if let Some(part) = parts.last_mut() {
-            part.push(letter);
-        }
-    }
-    parts.iter().map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
 }
 
 #[cfg(test)]

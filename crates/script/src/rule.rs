@@ -319,8 +319,8 @@ impl Rule {
         notes.iter().map(|(text, count)| (text.clone(), *count)).collect()
     }
 
-    /// The places in metres that it marked, with how often, by x, then y.
-    pub fn marks(&self) -> Vec<(Vec2, u64)> {
+    /// The places in metres that it marked, by x, then y.
+    pub fn marks(&self) -> Vec<Vec2> {
         self.file.marks.all()
     }
 

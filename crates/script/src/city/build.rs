@@ -177,9 +177,11 @@ fn quarter(value: Dynamic, plan: &Plan) -> Result<QuarterPlan, Complaint> {
     let width = map.remove("minors.width").map(|value| width(&value)).transpose()?;
     let preset = map.remove("preset").map(presets_of).transpose()?;
     let preset = match preset {
-        Some((preset, named)) if named.is_empty() => preset,
+        Some((Some(preset), named)) if named.is_empty() && preset.class() == "minors" => Some(preset),
         Some(_) => {
-            return Err(Complaint::new("a quarter has one preset").hint("preset: preset(\"village\")").key("preset"));
+            return Err(Complaint::new("a quarter has one preset, made for minors")
+                .hint("preset: preset(\"village\")")
+                .key("preset"));
         }
         None => None,
     };

@@ -23,7 +23,7 @@ pub(crate) use maths::{number, numeric, register as register_maths};
 pub(crate) use resolver::{Modules, Reading, Resolver};
 pub(crate) use settle::Settling;
 pub(crate) use spending::{Spending, spend};
-pub(crate) use vocabulary::Vocabulary;
+pub(crate) use vocabulary::{Vocabulary, split};
 
 use crate::fault::plain_type;
 use rhai::Dynamic;

@@ -105,7 +105,7 @@ fn plain_arguments(list: &str) -> String {
 }
 
 /// The parts of a text between marks that stand outside of brackets; `::` is no mark.
-fn split(text: &str, mark: char) -> Vec<&str> {
+pub(crate) fn split(text: &str, mark: char) -> Vec<&str> {
     let mut parts = Vec::new();
     let (mut depth, mut start) = (0, 0);
     for (at, letter) in text.char_indices() {

@@ -4,7 +4,7 @@ use crate::fault::{Complaint, Refusal};
 use crate::host::numeric;
 use geom::Vec2;
 use rhai::{Dynamic, Engine, FuncRegistration};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use streets::growth::Peak;
 
@@ -13,15 +13,15 @@ const MOST: usize = 500;
 /// Parts of a metre that places are told apart by.
 const PARTS: f64 = 100.0;
 
-/// The places marked so far, with how often. Sorted: threads mark in any order. Cheap to clone.
+/// The places marked so far. Sorted: threads mark in any order. Cheap to clone.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Marks(Arc<Mutex<BTreeMap<(i64, i64), u64>>>);
+pub(crate) struct Marks(Arc<Mutex<BTreeSet<(i64, i64)>>>);
 
 impl Marks {
-    /// All places in metres, by x, then y, with how often each was marked.
-    pub fn all(&self) -> Vec<(Vec2, u64)> {
+    /// All places in metres, by x, then y.
+    pub fn all(&self) -> Vec<Vec2> {
         let marks = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        marks.iter().map(|(&(x, y), count)| (Vec2::new(x as f64, y as f64) / PARTS, *count)).collect()
+        marks.iter().map(|&(x, y)| Vec2::new(x as f64, y as f64) / PARTS).collect()
     }
 
     fn take(&self, at: Vec2) -> Result<(), Complaint> {
@@ -30,7 +30,7 @@ impl Marks {
         }
         let key = ((at.x * PARTS).round() as i64, (at.y * PARTS).round() as i64);
         let mut marks = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        *marks.entry(key).or_default() += 1;
+        marks.insert(key);
         // The first in order stay, whatever came first.
         if marks.len() > MOST {
             marks.pop_last();

@@ -1,12 +1,10 @@
 //! What parcels are for: `assign(parcel, p)`, which a parcel rule may have besides `subdivide(block, p)`.
 
-use super::ground::{Ground, Placed, StreetSide};
 use super::method;
 use super::shape::{ShapeContext, Shaped, properties};
 use crate::fault::{Complaint, Faults};
-use crate::host::{Caller, Handle, Located};
+use crate::host::{Caller, Handle};
 use crate::rule::{Rule, RuleKind};
-use geom::Vec2;
 use layout::Use;
 use rhai::{Dynamic, Engine};
 use std::collections::BTreeSet;
@@ -33,22 +31,6 @@ struct Assigning {
     shape: ShapeContext,
     usage: Option<Use>,
     tags: BTreeSet<Arc<str>>,
-}
-
-impl Located for Assigning {
-    fn place(&self) -> Vec2 {
-        self.shape.place
-    }
-}
-
-impl Placed for Assigning {
-    fn ground(&self) -> &dyn Ground {
-        &*self.shape.ground
-    }
-
-    fn streets(&self) -> &[StreetSide] {
-        &self.shape.streets
-    }
 }
 
 impl Shaped for Assigning {

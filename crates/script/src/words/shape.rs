@@ -89,22 +89,6 @@ struct Asked {
     choice: BuildingChoice,
 }
 
-impl Located for Asked {
-    fn place(&self) -> Vec2 {
-        self.shape.place
-    }
-}
-
-impl Placed for Asked {
-    fn ground(&self) -> &dyn Ground {
-        &*self.shape.ground
-    }
-
-    fn streets(&self) -> &[StreetSide] {
-        &self.shape.streets
-    }
-}
-
 impl Shaped for Asked {
     fn shape(&self) -> &ShapeContext {
         &self.shape
@@ -170,8 +154,24 @@ pub(super) fn register(engine: &mut Engine) {
 }
 
 /// What knows a parcel.
-pub(super) trait Shaped: Placed {
+pub(super) trait Shaped: Send + 'static {
     fn shape(&self) -> &ShapeContext;
+}
+
+impl<C: Shaped> Located for C {
+    fn place(&self) -> Vec2 {
+        self.shape().place
+    }
+}
+
+impl<C: Shaped> Placed for C {
+    fn ground(&self) -> &dyn Ground {
+        &*self.shape().ground
+    }
+
+    fn streets(&self) -> &[StreetSide] {
+        &self.shape().streets
+    }
 }
 
 /// Registers what can be asked of a parcel.
