@@ -23,7 +23,7 @@ const HILL: &str = "elevation: |x, y| 90 * exp(-(pow(x - 230, 2) + pow(y - 240, 
 const RIVER: &str = "land: |x, y| abs(x - 120 - 20 * sin(y / 60)) > 14 && abs(x - 390 - 20 * sin(y / 60)) > 14";
 const ZONES: &str = "zones: |x, y| 1 + floor(y / 170), density: 3000";
 const PARKS: &str = "parks: |x, y| hypot(x - 150, y - 300) < 60 || hypot(x - 350, y - 200) < 60";
-/// A strait with two coasts.
+/// A coast in the west, from which the ground rises.
 const COAST: &str = "land: |x, y| x > 60, elevation: |x, y| max(0, (x - 60) * 0.08)";
 const CENTRES: &str = "density: |x, y| 20000 * exp(-hypot(x - 100, y - 120) / 60) + 15000 * exp(-hypot(x - 420, y - 400) / 60) + 9000 * exp(-hypot(x - 130, y - 410) / 50)";
 
