@@ -1,8 +1,8 @@
 //! Keeping a footprint to a share of its parcel: what is too much is taken off the rear.
 
-use crate::StartShape;
 use crate::extrusion::largest;
 use crate::sides::{longest, main_front};
+use crate::{StartShape, convex};
 use geom::polygon::ring_edges;
 use geom::strip::{Reach, strip};
 use geom::{Point, Polygon, Vec2, boolean};
@@ -33,8 +33,13 @@ pub(crate) fn shortened(shape: &StartShape, footprint: Polygon, limit: f64) -> O
 
 /// What lies less than `depth` metres behind a line.
 fn cut_off(footprint: &Polygon, base: Vec2, along: Vec2, depth: f64, extent: f64) -> Vec<Polygon> {
-    let reach = footprint.perimeter() + extent;
     let middle = base + along.perp() * depth;
+    // Turned round: what lies before the line is on its left.
+    if let Some(part) = footprint.holes.is_empty().then(|| convex::left_of(&footprint.outer, middle, -along)).flatten()
+    {
+        return part.into_iter().collect();
+    }
+    let reach = footprint.perimeter() + extent;
     let (from, to) = (Point::from_metres(middle - along * reach), Point::from_metres(middle + along * reach));
     let behind = Reach { left: geom::point::units(extent + STEP * f64::from(TRIES) + 1.0), ..Reach::default() };
     let Some(rest) = strip(from, to, behind) else { return Vec::new() };

@@ -1,8 +1,7 @@
 //! The plainest building: a parcel's outline, set back, raised to a height (PM01 §3.5 starts from the same box).
 
-use crate::cover;
 use crate::sides::{Side, sides};
-use crate::{Building, Envelope, Setbacks, StartShape};
+use crate::{Building, Envelope, Setbacks, StartShape, convex, cover};
 use geom::polygon::{ring_edges, without_collinear};
 use geom::strip::{Reach, strip, wedge};
 use geom::{Id, Point, Polygon, boolean, point::units};
@@ -85,6 +84,9 @@ fn simplified(outline: &Polygon) -> Polygon {
 /// corners that turn away from it.
 fn inset(outline: &Polygon, setback: i32) -> Vec<Polygon> {
     let outline = simplified(outline);
+    if let Some(within) = outline.holes.is_empty().then(|| convex::within(&outline.outer, |_| setback)).flatten() {
+        return within.into_iter().collect();
+    }
     let strips = outline.rings().flat_map(|ring| strips(ring, |_| setback)).collect();
     without(&outline, strips)
 }
@@ -94,6 +96,9 @@ fn uneven(outline: &Polygon, distances: &[i32]) -> Vec<Polygon> {
     let (ring, distances) = straightened(&outline.outer, distances);
     let most = distances.iter().copied().max().unwrap_or(0);
     let holes: Vec<Vec<Point>> = simplified(outline).holes;
+    if let Some(within) = holes.is_empty().then(|| convex::within(&ring, |edge| distances[edge])).flatten() {
+        return within.into_iter().collect();
+    }
     let mut removed = strips(&ring, |edge| distances[edge]);
     holes.iter().for_each(|hole| removed.extend(strips(hole, |_| most)));
     without(&Polygon { outer: ring, holes }, removed)

@@ -1,5 +1,6 @@
 //! One parcel to one building. `buildings` sees one start shape at a time: parallel, cacheable, order-free.
 
+mod convex;
 mod cover;
 pub mod extrusion;
 pub mod height;
@@ -10,6 +11,7 @@ pub use height::height_from_density;
 pub use sides::{Side, main_front, sides};
 
 use geom::{Id, Polygon};
+use serde::{Deserialize, Serialize};
 
 /// What a building stands on: one parcel, as its rule sees it.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +56,7 @@ pub struct Envelope {
 }
 
 /// A building without detail: a footprint raised to a height.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Building {
     /// hash(parcel, "building").
     pub id: Id,

@@ -9,6 +9,7 @@
 pub mod angle;
 pub mod boolean;
 pub mod cells;
+pub mod digest;
 pub mod id;
 pub mod mesh;
 pub mod point;
@@ -22,6 +23,7 @@ pub mod triangulate;
 
 pub use angle::Angle;
 pub use cells::Cells;
+pub use digest::Digest;
 pub use glam::DVec2 as Vec2;
 pub use glam::DVec3 as Vec3;
 pub use id::Id;

@@ -2,12 +2,13 @@
 
 use geom::polygon::ring_edges;
 use geom::{Id, Point, Polygon};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::StreetId;
 
 /// How a straight piece of right-of-way ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Joint {
     /// Square at its end point: a crossing, or a bend that a neighbouring body draws.
     #[default]
@@ -19,7 +20,7 @@ pub enum Joint {
 }
 
 /// A straight piece of right-of-way that reaches into a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Body {
     /// The street it belongs to.
     pub street: StreetId,
@@ -36,7 +37,7 @@ pub struct Body {
 }
 
 /// A block and everything that its division needs; depends on nothing outside it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Block {
     /// The signature of its face.
     pub id: Id,
@@ -88,7 +89,7 @@ impl Parcel {
 }
 
 /// What a parcel is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Use {
     /// May carry a building.
     Built,
@@ -101,7 +102,7 @@ pub enum Use {
 }
 
 /// A lot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parcel {
     /// hash(block, region, path in the division).
     pub id: Id,

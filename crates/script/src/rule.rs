@@ -11,7 +11,7 @@ use crate::param::{Declared, ParamError, ParamSet, Params, register as register_
 use crate::testing::{Coverage, is_test};
 use crate::words;
 use crate::words::marks::{Marks, register as register_marks};
-use geom::{Id, Vec2};
+use geom::{Digest, Id, Vec2};
 use rhai::{
     AST, ASTNode, Caches, Dynamic, Engine, EvalAltResult, EvalContext, Expr, Expression, GlobalRuntimeState,
     ImmutableString, Locked, Position, Scope, Shared, Stmt, StmtBlock,
@@ -141,7 +141,9 @@ pub struct Rule {
 
 impl fmt::Debug for Rule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Rule").field("path", &self.file.path).field("params", &self.params).finish_non_exhaustive()
+        // What it does is told as a digest: texts are long.
+        let (name, path) = (&self.file.name, &self.file.path);
+        f.debug_struct("Rule").field("name", name).field("path", path).field("does", &self.fingerprint()).finish()
     }
 }
 
@@ -324,12 +326,15 @@ impl Rule {
         self.file.marks.all()
     }
 
-    /// The identity of what it does: its text, the texts it imports, the values of its parameters. For caches.
+    /// The identity of what it does on a given site: its text, the texts it imports, the values of its parameters. For
+    /// caches.
     pub fn fingerprint(&self) -> Id {
-        let mut text = String::new();
-        self.file.readings.iter().for_each(|(name, hash)| text += &format!("{name}={hash}\n"));
-        self.params.iter().for_each(|(param, value)| text += &format!("{}={value}\n", param.name));
-        Id::of_text("rule", &text)
+        let mut digest = Digest::new("rule");
+        digest.value(&self.file.readings);
+        self.params.iter().for_each(|(param, value)| {
+            digest.text(&param.name).value(value);
+        });
+        digest.finish()
     }
 
     /// Calls a function that is evaluated once, such as `constraints(p)`.

@@ -78,6 +78,83 @@ proptest! {
     }
 }
 
+fn convex_outlines() -> impl Strategy<Value = Polygon> {
+    let corners = prop::collection::vec((-30_000i32..30_000, -30_000i32..30_000), 3..9);
+    corners.prop_map(|corners| {
+        let points: Vec<Point> = corners.into_iter().map(|(x, y)| Point::new(x, y)).collect();
+        Polygon::new(geom::polygon::convex_hull(&points), vec![])
+    })
+}
+
+proptest! {
+    /// The oracle: strips along the edges, taken away by the boolean.
+    #[test]
+    fn convex_outlines_are_set_back_as_any_others(outline in convex_outlines(), setback in 1..12_000i32) {
+        prop_assume!(outline.outer.len() >= 3);
+        let Some(quick) = convex::within(&outline.outer, |_| setback) else { return Ok(()) };
+        let strips = strips(&simplified(&outline).outer, |_| setback);
+        let slow = boolean::difference(std::slice::from_ref(&outline), &strips);
+        let quick: Vec<Polygon> = quick.into_iter().collect();
+        let apart = boolean::difference(&quick, &slow).into_iter().chain(boolean::difference(&slow, &quick));
+        // Both round corners, at acute ones over some length.
+        let (apart, around) = (apart.map(|part| part.area()).sum::<f64>(), outline.perimeter());
+        prop_assert!(apart <= around * 4.0 / 1024.0, "{apart} m² of {around} m");
+    }
+
+    #[test]
+    fn party_walls_stay_inside_and_other_sides_keep_off(outline in convex_outlines(), distances in prop::collection::vec(0..3i32, 9)) {
+        prop_assume!(outline.outer.len() >= 3);
+        let of = |i: usize| distances[i % distances.len()] * 2000;
+        let Some(Some(part)) = convex::within(&outline.outer, of) else { return Ok(()) };
+        prop_assert!(part.is_simple());
+        for (i, (a, b)) in ring_edges(&outline.outer).enumerate() {
+            for &p in &part.outer {
+                prop_assert!(geom::predicates::orient(a, b, p) >= 0);
+                let (from, along) = (a.metres(), (b.metres() - a.metres()).normalize());
+                let depth = along.perp_dot(p.metres() - from) * 1024.0;
+                prop_assert!(depth >= f64::from(of(i)) - 1e-3, "{depth} {}", of(i));
+            }
+        }
+    }
+}
+
+proptest! {
+    /// Corners that rounding put a unit inside the border, or on it.
+    #[test]
+    fn dents_do_not_part_with_the_setback(
+        outline in convex_outlines(), shares in prop::collection::vec((0usize..9, 0.1..0.9f64), 1..4), setback in 1..8_000i32,
+    ) {
+        prop_assume!(outline.outer.len() >= 3);
+        let mut ring = outline.outer.clone();
+        for (edge, share) in shares {
+            let (a, b) = (ring[edge % ring.len()], ring[(edge + 1) % ring.len()]);
+            let at = a.metres().lerp(b.metres(), share);
+            ring.insert(edge % ring.len() + 1, Point::from_metres(at));
+        }
+        let dented = Polygon::new(ring, vec![]);
+        prop_assume!(dented.is_simple());
+        let Some(Some(part)) = convex::within(&dented.outer, |_| setback) else { return Ok(()) };
+        for &p in &part.outer {
+            prop_assert!(dented.distance_to_rim(p.metres()) * 1024.0 >= f64::from(setback) - 1e-3);
+            prop_assert!(dented.contains(p));
+        }
+    }
+}
+
+#[test]
+fn rings_that_are_not_convex_are_left_to_the_boolean() {
+    let bay = ring(&[(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (10.0, 5.0), (0.0, 20.0)]);
+    assert_eq!(convex::within(&bay, |_| 100), None);
+    let star: Vec<Point> = (0..5)
+        .map(|i| {
+            let unit = geom::Angle::radians(std::f64::consts::TAU * 2.0 * f64::from(i) / 5.0).unit() * 20.0;
+            Point::from_metres(unit)
+        })
+        .collect();
+    assert_eq!(convex::within(&star, |_| 100), None, "it goes round twice");
+    assert_eq!(convex::within(&rectangle(4.0, 4.0).outer, |_| 3000), Some(None), "nothing is left");
+}
+
 /// A parcel with its first edge on a street.
 fn fronting(outline: Polygon) -> StartShape {
     let mut shape = shape(outline);

@@ -11,6 +11,7 @@ pub mod steps;
 pub(crate) mod samples;
 
 use crate::{Cancel, City};
+use rayon::prelude::*;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -55,7 +56,7 @@ impl Format {
             Self::Layout => geojson::write_layout(city, out)?,
             Self::Svg => map::write_svg(city, &options, out)?,
             Self::Png => out.write_all(&map::png(city, &options)?)?,
-            Self::Glb => out.write_all(&glb::to_bytes(&glb::model(city))?)?,
+            Self::Glb => glb::write(&glb::model(city), out)?,
         }
         Ok(())
     }
@@ -156,16 +157,17 @@ pub fn write_drawn(
     let mut formats = formats.to_vec();
     formats.sort_unstable();
     formats.dedup();
-    let mut produced = Vec::new();
     let stop = |path: &Path| if cancel.is_cancelled() { Err(at(path)(Problem::Cancelled)) } else { Ok(()) };
-    for format in formats {
+    let write = |format: &Format| {
         let path = folder.join(format.file_name());
         stop(&path)?;
         let file = produce(&path, |out| format.write(city, map, &mut Stoppable { out, cancel }));
         stop(&path)?;
-        let file = file?;
-        produced.push((path, file));
-    }
+        Ok((path, file?))
+    };
+    // The model and the picture take longest: begun first, so that no thread is left with one of them in the end.
+    let files: Vec<_> = formats.par_iter().rev().map(write).collect();
+    let mut produced: Vec<_> = files.into_iter().rev().collect::<Result<_, ExportError>>()?;
     for (name, content) in others {
         let path = folder.join(name);
         let file = produce(&path, |out| Ok(out.write_all(content)?))?;

@@ -15,6 +15,7 @@ pub mod oracle;
 mod query;
 mod remove;
 mod store;
+mod stored;
 mod transaction;
 
 pub use check::{Breach, CheckLevel, Rule, SharpAngle, Violation};

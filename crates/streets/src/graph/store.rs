@@ -9,15 +9,15 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 /// A node of one graph. Dead keys are reused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct NodeKey(pub(crate) u32);
 
 /// A segment of one graph. Dead keys are reused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct SegmentKey(pub(crate) u32);
 
 /// One of the two directions of a segment. The face of a half lies on its left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct HalfKey(pub(crate) u32);
 
 impl SegmentKey {
@@ -71,7 +71,7 @@ pub struct Claim {
 }
 
 /// A place where segments end.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Node {
     /// Stable identity.
     pub id: NodeId,
@@ -83,7 +83,7 @@ pub struct Node {
 
 /// What is asked of a node when streets come and go, not when places are: kept apart, so that what lies around a place
 /// fits the cache.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct NodeStreets {
     /// Streets that turn or end here, sorted.
     pub pins: SmallVec<[StreetId; 2]>,
@@ -92,7 +92,7 @@ pub(crate) struct NodeStreets {
 }
 
 /// A straight piece of street between two nodes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Segment {
     /// Stable identity.
     pub id: SegmentId,

@@ -8,12 +8,12 @@ use geom::triangulate::triangulate;
 use geom::{Point, Vec2};
 use layout::Use;
 
-/// Adds every building: from the lowest ground, less what the terrain may lie below the map, up to its height above the
-/// highest ground. One whose footprint has no triangles is left out.
-pub fn add_buildings(model: &mut Model, city: &City) {
-    for building in &city.buildings {
-        add_building(model, building);
-    }
+/// The meshes of all buildings: from the lowest ground, less what the terrain may lie below the map, up to their height above
+/// the highest ground. One whose footprint has no triangles is left out.
+pub fn buildings(city: &City) -> Model {
+    let mut model = Model::default();
+    city.buildings.iter().for_each(|building| add_building(&mut model, building));
+    model
 }
 
 fn add_building(model: &mut Model, building: &Building) {

@@ -1,6 +1,6 @@
 //! `city.glb`: terrain, streets and buildings as glTF 2.0 in metres, x east, y up, z south.
 //!
-//! [`model`] makes the meshes, tile by tile; [`to_bytes`] packs them. What lies on the ground is cut along the terrain's
+//! [`model`] makes the meshes, tile by tile; [`write`] packs them. What lies on the ground is cut along the terrain's
 //! own triangles, so that no street sinks into a hill or floats over a hollow.
 
 mod buildings;
@@ -8,7 +8,7 @@ mod pack;
 mod streets;
 mod terrain;
 
-pub use pack::{GlbError, to_bytes};
+pub use pack::{GlbError, write};
 
 use crate::City;
 use geom::{Mesh, Vec2, Vec3};
@@ -110,17 +110,23 @@ impl Model {
 
 /// The meshes of a city. A thing belongs to the tile of its first point, the terrain to the tile it lies in.
 pub fn model(city: &City) -> Model {
-    let mut model = Model { crs: city.site.crs.clone(), origin: city.site.origin, ..Model::default() };
-    let terrain = terrain::Terrain::of(city);
-    terrain.add_to(&mut model);
-    streets::add_to(&mut model, city, &terrain);
-    buildings::add_green(&mut model, city, &terrain);
-    buildings::add_buildings(&mut model, city);
+    let on_ground = || {
+        let terrain = terrain::Terrain::of(city);
+        let mut model = Model::default();
+        streets::add_to(&mut model, city, &terrain);
+        buildings::add_green(&mut model, city, &terrain);
+        terrain.add_to(&mut model);
+        model
+    };
+    let (mut model, built) = rayon::join(on_ground, || buildings::buildings(city));
+    for (key, tile) in built.tiles {
+        model.tiles.entry(key).or_default().extend(tile);
+    }
     for tile in model.tiles.values_mut() {
         tile.retain(|_, mesh| !mesh.is_empty());
     }
     model.tiles.retain(|_, tile| !tile.is_empty());
-    model
+    Model { crs: city.site.crs.clone(), origin: city.site.origin, ..model }
 }
 
 /// A corner of a surface: place in metres, height, and the normal there in (east, north, up).

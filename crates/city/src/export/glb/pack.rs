@@ -12,6 +12,7 @@ use gltf_json::validation::{Checked, USize64};
 use gltf_json::{Accessor, Buffer, Index, Material, Root, Scene, Value};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::io::Write;
 
 /// Why a model can't be packed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -25,6 +26,9 @@ pub enum GlbError {
     /// Its description could not be written.
     #[error("the description of the model could not be written: {0}")]
     Json(String),
+    /// The file could not be written.
+    #[error("{0}")]
+    Written(String),
 }
 
 /// The views of the one buffer, in this order.
@@ -32,11 +36,11 @@ const POSITIONS: u32 = 0;
 const NORMALS: u32 = 1;
 const INDICES: u32 = 2;
 
-/// The model as a `.glb` file.
+/// Writes the model as a `.glb` file.
 ///
 /// # Errors
-/// When it does not fit the format.
-pub fn to_bytes(model: &Model) -> Result<Vec<u8>, GlbError> {
+/// When it does not fit the format, and those of the writer.
+pub fn write(model: &Model, out: impl Write) -> Result<(), GlbError> {
     let mut packer = Packer::default();
     packer.root.asset.generator = Some("Plat".into());
     let tiles: Vec<_> = model.tiles.iter().map(|(&key, tile)| packer.tile(key, tile)).collect();
@@ -44,7 +48,7 @@ pub fn to_bytes(model: &Model) -> Result<Vec<u8>, GlbError> {
     let extras = serde_json::value::to_raw_value(&about).map_err(|error| GlbError::Json(error.to_string()))?;
     let scene = Scene { name: Some("city".into()), nodes: tiles, extras: Some(extras), extensions: None };
     packer.root.scene = Some(packer.root.push(scene));
-    packer.finish()
+    packer.finish(out)
 }
 
 #[derive(Default)]
@@ -169,7 +173,7 @@ impl Packer {
         index
     }
 
-    fn finish(mut self) -> Result<Vec<u8>, GlbError> {
+    fn finish(mut self, out: impl Write) -> Result<(), GlbError> {
         let parts =
             [std::mem::take(&mut self.positions), std::mem::take(&mut self.normals), std::mem::take(&mut self.indices)];
         let bytes = parts.iter().map(Vec::len).sum::<usize>();
@@ -184,7 +188,7 @@ impl Packer {
         let header = Header { magic: *b"glTF", version: 2, length: 0 };
         let bin = (bytes > 0).then(|| Cow::Owned(parts.concat()));
         let glb = Glb { header, json: Cow::Owned(json.into_bytes()), bin };
-        glb.to_vec().map_err(|error| GlbError::Json(error.to_string()))
+        glb.to_writer(out).map_err(|error| GlbError::Written(error.to_string()))
     }
 
     fn describe_buffer(&mut self, parts: &[Vec<u8>; 3], bytes: usize) {

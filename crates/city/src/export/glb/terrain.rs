@@ -6,7 +6,9 @@
 use super::{Corner, Group, Model, Surface, TILE_M, TileKey, push_corners};
 use crate::City;
 use geom::{Bounds, Raster, Vec2, Vec3};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// What the terrain may be off the elevation map, in metres.
 pub const ERROR_M: f64 = 0.5;
@@ -81,9 +83,9 @@ impl Terrain {
 
     fn sample(&mut self, city: &City) {
         let (columns, rows) = self.size();
-        let sampled = |value: &dyn Fn(Vec2) -> f64| -> Vec<f32> {
-            let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
-            cells.map(|cell| value(self.place(cell)) as f32).collect()
+        let sampled = |value: &(dyn Fn(Vec2) -> f64 + Sync)| -> Vec<f32> {
+            let cells = (0..columns * rows).into_par_iter();
+            cells.map(|cell| value(self.place((cell % columns, cell / columns))) as f32).collect()
         };
         let mask = |map: Option<&std::sync::Arc<Raster>>| {
             map.map_or(Vec::new(), |map| sampled(&|at| off_zero(map.bilinear(at) - 0.5)))
@@ -95,29 +97,30 @@ impl Terrain {
 
     /// Fills `errors`, from the smallest triangles up.
     fn measure(&mut self) {
-        let mut errors = vec![0f32; self.heights.len()];
+        // Errors are not negative, so that their bits are in the same order as they.
+        let errors: Vec<AtomicU32> = self.heights.iter().map(|_| AtomicU32::new(0)).collect();
+        let known = |at: usize| f32::from_bits(errors[at].load(Ordering::Relaxed));
         let is_level = self.heights.iter().all(|&height| height == self.heights[0]);
+        let tiles: Vec<Cell> = self.tile_cells().collect();
         for depth in (0..2 * self.halvings).rev() {
-            for tile in self.tile_cells() {
-                for root in self.roots(tile) {
-                    self.at_depth(root, depth, &mut |triangle| {
-                        let mut error = self.rim_error(triangle);
-                        if depth + 1 < 2 * self.halvings {
-                            for [a, b, _] in halves(triangle) {
-                                error = error.max(errors[self.index(middle(a, b))]);
-                            }
+            tiles.par_iter().flat_map_iter(|&tile| self.roots(tile)).for_each(|root| {
+                self.at_depth(root, depth, &mut |triangle| {
+                    let mut error = self.rim_error(triangle);
+                    if depth + 1 < 2 * self.halvings {
+                        for [a, b, _] in halves(triangle) {
+                            error = error.max(known(self.index(middle(a, b))));
                         }
-                        // Only whether the promise holds matters, so that what is split anyway is not measured.
-                        if !is_level && f64::from(error) <= ERROR_M {
-                            error = error.max(self.height_error(triangle));
-                        }
-                        let at = self.index(middle(triangle[0], triangle[1]));
-                        errors[at] = errors[at].max(error);
-                    });
-                }
-            }
+                    }
+                    // Only whether the promise holds matters, so that what is split anyway is not measured.
+                    if !is_level && f64::from(error) <= ERROR_M {
+                        error = error.max(self.height_error(triangle));
+                    }
+                    let at = self.index(middle(triangle[0], triangle[1]));
+                    errors[at].fetch_max(error.to_bits(), Ordering::Relaxed);
+                });
+            });
         }
-        self.errors = errors;
+        self.errors = errors.into_iter().map(|error| f32::from_bits(error.into_inner())).collect();
     }
 
     /// Endless where a shore or park rim passes between the corners and the middle of the long side.

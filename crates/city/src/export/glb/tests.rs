@@ -1,6 +1,11 @@
 use super::*;
 use crate::export::samples::{hilly_city, small_city};
 
+fn to_bytes(model: &Model) -> Result<Vec<u8>, GlbError> {
+    let mut bytes = Vec::new();
+    write(model, &mut bytes).map(|()| bytes)
+}
+
 #[test]
 fn the_file_reads_back_with_what_went_in() {
     let model = model(&hilly_city());

@@ -3,6 +3,8 @@
 use super::MapError;
 use super::canvas::{Canvas, Colour, Lines, Pen, Text};
 use super::svg::{head, text_element};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder, ImageResult};
 use resvg::tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Shader, Stroke, StrokeDash, Transform,
 };
@@ -38,8 +40,17 @@ impl Pixels {
         let options = Options { fontdb: fonts(), font_family: "Source Sans Pro".into(), ..Options::default() };
         let tree = Tree::from_str(&self.words, &options).map_err(|error| MapError::Text(error.to_string()))?;
         resvg::render(&tree, Transform::identity(), &mut self.page.as_mut());
-        self.page.encode_png().map_err(|error| MapError::Png(error.to_string()))
+        encoded(self.page).map_err(|error| MapError::Png(error.to_string()))
     }
+}
+
+/// A page as a PNG file. Large areas of one colour are small whichever way they are packed, so the fast way will do.
+fn encoded(page: Pixmap) -> ImageResult<Vec<u8>> {
+    let (width, height) = (page.width(), page.height());
+    let mut file = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Adaptive);
+    encoder.write_image(&page.take_demultiplied(), width, height, ExtendedColorType::Rgba8)?;
+    Ok(file)
 }
 
 /// The shipped fonts and no others.
