@@ -1,9 +1,13 @@
 //! The whole in one call: plan and sources in, a city out. The same for any number of threads.
 
 use crate::progress::{Cancel, Progress};
-use crate::stages::{self, land, streets};
-use crate::{Area, City, Report, Sources, Trace};
-use ::streets::faces::{FaceKind, Faces};
+use crate::stages::buildings::Buildings;
+use crate::stages::ground::CityGround;
+use crate::stages::keep::Keys;
+use crate::stages::land::{self, Land};
+use crate::stages::streets::Network;
+use crate::stages::{self, Context, Outlines};
+use crate::{Area, Cache, City, Digests, Report, Sources, Trace};
 use script::Faults;
 use std::sync::Arc;
 
@@ -78,60 +82,101 @@ pub fn build(
     progress: &dyn Progress,
     cancel: &Cancel,
 ) -> Result<Built, BuildError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build()?;
-    pool.install(|| run_stages(sources, settings, progress, cancel))
+    build_with(sources, settings, &Cache::none(), progress, cancel)
+}
+
+/// The same, using what earlier builds kept in a cache, and keeping what later ones may use: the same city in less time. A
+/// build that is traced keeps nothing.
+pub fn build_with(
+    sources: &Sources,
+    settings: Settings,
+    cache: &Cache,
+    progress: &dyn Progress,
+    cancel: &Cancel,
+) -> Result<Built, BuildError> {
+    let built = with_threads(settings.threads, || run_stages(sources, settings, cache, progress, cancel))??;
+    cache.finish_build();
+    Ok(built)
+}
+
+/// Does some work on so many threads; on as many as there are processors when 0.
+///
+/// # Errors
+/// When they cannot be started.
+pub fn with_threads<T: Send>(
+    threads: usize,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, rayon::ThreadPoolBuildError> {
+    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?.install(work))
 }
 
 fn run_stages(
     sources: &Sources,
     settings: Settings,
+    cache: &Cache,
     progress: &dyn Progress,
     cancel: &Cancel,
 ) -> Result<Built, BuildError> {
     let faults = Arc::new(Faults::default());
-    let until = settings.until;
-    let context = stages::Context { sources, faults: &faults, progress, cancel, traces: settings.traces };
+    let keys = (cache.is_on() && !settings.traces).then(|| Keys::of(sources));
+    let context = stages::Context { sources, faults: &faults, progress, cancel, traces: settings.traces, cache, keys };
     let mut report = Report::new(sources);
     let printed = sources.plan.notes();
     sources.warnings.iter().for_each(|warning| report.warn(warning.clone()));
-    let network = streets::derive(&context, &mut report)?;
-    let graph = network.graph;
-    if graph.segment_count() == 0 {
+    let network = stages::streets::derive(&context)?;
+    report.take(&network.report);
+    if network.graph.segment_count() == 0 {
         return Err(nothing(sources, &faults));
     }
-    let quarters = Faces::of(&graph, FaceKind::Quarter);
-    context.check()?;
-    let blocks = Faces::of(&graph, FaceKind::Block);
-    context.check()?;
-    let mut network_origins = network.origins;
-    let land = land::derive(&context, &graph, &blocks, &quarters, until)?;
-    if until > Until::Streets {
+    let outlines = stages::Outlines::of(&context, &network.graph)?;
+    let (land, buildings) = derive_land(&context, &network, &outlines, settings.until)?;
+    if settings.until > Until::Streets {
         stages::landmarks::tell(&land.landmarks, &mut report);
     }
-    let buildings = match until {
-        Until::Buildings => stages::buildings::derive(&context, &land, &mut network_origins)?,
-        _ => Vec::new(),
-    };
+    let (land, network) = (Arc::unwrap_or_clone(land), Arc::unwrap_or_clone(network));
     let city = City {
         name: sources.name.clone(),
         seed: sources.plan.seed,
         credits: sources.credits(),
         site: sources.site.clone(),
-        runs: ::streets::runs::runs(&graph),
-        quarters: quarters.faces.iter().filter_map(quarter_area).collect(),
+        runs: outlines.runs.clone(),
+        quarters: outlines.quarters.faces.iter().filter_map(quarter_area).collect(),
         districts: sources.site.districts.areas().into_iter().map(district_area).collect(),
         landmarks: land.landmarks,
-        graph,
-        origins: network_origins.into_names(),
+        graph: network.graph,
+        origins: buildings.origins.into_names(),
         street_names: network.names,
         blocks: land.blocks,
         parcels: land.parcels,
-        buildings,
+        buildings: buildings.all,
+        digests: keys
+            .map_or_else(Digests::default, |keys| Digests { site: Some(keys.site), streets: Some(keys.streets) }),
     };
     report.finish(&city, &faults, land.trimmed, land.open);
     report.printed(&sources.plan, &printed);
     report.marked(&sources.plan);
     Ok(Built { city: Arc::new(city), report, trace: network.trace })
+}
+
+/// What lies between the streets, up to the stage asked for.
+fn derive_land(
+    context: &Context,
+    network: &Network,
+    outlines: &Outlines,
+    until: Until,
+) -> Result<(Arc<Land>, Buildings), BuildError> {
+    let graph = &network.graph;
+    let none = || Buildings { all: Vec::new(), origins: network.origins.clone() };
+    if until == Until::Streets {
+        return Ok((Arc::new(land::derive_blocks(context, graph, outlines)?), none()));
+    }
+    let ground = Arc::new(CityGround::new(context, graph));
+    let land = land::derive(context, graph, outlines, &ground)?;
+    if until == Until::Parcels {
+        return Ok((land, none()));
+    }
+    let buildings = stages::buildings::derive(context, &land, &ground, &network.origins)?;
+    Ok((land, Arc::unwrap_or_clone(buildings)))
 }
 
 fn quarter_area(face: &::streets::faces::Face) -> Option<Area> {

@@ -4,6 +4,7 @@
 //! city, [`export::write_all`] writes it.
 
 pub mod build;
+mod cache;
 mod check;
 pub mod export;
 pub mod load;
@@ -17,9 +18,11 @@ mod stages;
 pub mod testing;
 pub mod trace;
 pub mod validate;
+pub mod watch;
 pub mod why;
 
-pub use build::{BuildError, Built, Settings, Until, build};
+pub use build::{BuildError, Built, Settings, Until, build, build_with, with_threads};
+pub use cache::{Cache, Digests};
 pub use check::{Checked, check, rule_host};
 pub use load::{LoadError, Loaded, PresetError, Sources, load};
 pub use model::{Area, City, Landmark};
@@ -27,3 +30,4 @@ pub use progress::{Cancel, Progress, Silent, Stage};
 pub use report::{BuiltFrom, CallReport, FaultReport, MarkReport, Report};
 pub use site::Site;
 pub use trace::Trace;
+pub use watch::Watch;

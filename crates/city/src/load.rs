@@ -6,8 +6,9 @@ use crate::sources::{
     self, DistrictMap, Frame, GeoJsonFrame, ImportedStreet, KNOWN_MAPS, MapOptions, SourceError, class_width, file_key,
     flat_site, load_site_with, map_names, read_districts, read_geojson_streets, read_osm,
 };
+use crate::stages::keep::Keys;
 use crate::testing::is_tests;
-use geom::{Bounds, Point, Raster, Vec2};
+use geom::{Bounds, Digest, Id, Point, Raster, Vec2};
 use script::{
     DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, PresetTarget, RuleKind, SiteInfo, SiteRequest,
     Sites, Source, StreetImport, StreetUnits, Texts,
@@ -200,6 +201,19 @@ impl Loaded {
         let target: PresetTarget = target.trim().parse().map_err(PresetError::Target)?;
         let preset = self.host.preset(name.trim()).map_err(|fault| PresetError::Preset(Box::new(fault)))?;
         self.plan.apply(&preset, &target).map_err(PresetError::Plan)
+    }
+
+    /// The folders that hold what the city is made from, besides one of further rules.
+    pub fn folders(&self) -> Vec<PathBuf> {
+        let plan = &self.plan;
+        let of_file = |file: &str| self.folder.join(file).parent().map(Path::to_path_buf);
+        let districts = match &plan.districts {
+            Some(DistrictPlan::File(file)) => of_file(file),
+            Some(DistrictPlan::Map { .. }) | None => None,
+        };
+        let maps = plan.site.folder.as_ref().map(|folder| self.folder.join(folder));
+        let imports = plan.imports.iter().filter_map(|import| of_file(&import.file));
+        std::iter::once(self.folder.clone()).chain(maps).chain(districts).chain(imports).collect()
     }
 
     /// Reads the maps and street files that the plan names.
@@ -427,6 +441,15 @@ fn as_planned(mut street: ImportedStreet, import: &StreetImport) -> ImportedStre
 }
 
 impl Sources {
+    /// The digest of all that the city and what is said about it are made from. Rules count as they are, whether or not
+    /// anything calls them.
+    pub fn digest(&self) -> Id {
+        let Self { name, plan, site: _, imports: _, warnings, doubts } = self;
+        let mut digest = Digest::new("sources");
+        digest.id(Keys::of(self).buildings).value(&(name, plan.seed, warnings, doubts, self.credits()));
+        digest.finish()
+    }
+
     /// Whom maps of the city must name, each once.
     pub fn credits(&self) -> Vec<String> {
         let mut credits: Vec<String> = self.imports.iter().filter_map(|file| file.credit.clone()).collect();

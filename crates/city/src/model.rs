@@ -1,9 +1,10 @@
 //! A finished city: what every export and view reads.
 
-use crate::Site;
+use crate::{Digests, Site};
 use buildings::Building;
 use geom::{Id, Polygon, Vec2};
 use layout::{Block, Parcel};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::runs::Run;
@@ -21,7 +22,7 @@ pub struct Area {
 }
 
 /// A place that stands out.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
     /// Identity: its name hashed.
     pub id: Id,
@@ -67,4 +68,6 @@ pub struct City {
     pub parcels: Vec<Parcel>,
     /// Buildings; empty when built until streets or parcels.
     pub buildings: Vec<Building>,
+    /// What parts of it were made from, where that was found out: so that parts of its files can be kept.
+    pub digests: Digests,
 }

@@ -23,7 +23,7 @@ pub struct Report {
     /// Lengths of streets by class, metres.
     pub street_metres: BTreeMap<String, f64>,
     /// By stage of growth: accepted proposals, and refused ones by reason.
-    pub growth: BTreeMap<&'static str, GrowthReport>,
+    pub growth: BTreeMap<String, GrowthReport>,
     /// By file: what was imported.
     pub imports: BTreeMap<String, ImportReport>,
     /// Land in slivers that became neither parcel nor right-of-way, m².
@@ -76,8 +76,16 @@ pub struct BuiltFrom {
     pub set: Vec<String>,
 }
 
+/// What there is to say about streets alone: it is kept with them.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct StreetsReport {
+    growth: BTreeMap<String, GrowthReport>,
+    imports: BTreeMap<String, ImportReport>,
+    warnings: Vec<String>,
+}
+
 /// Growth in numbers.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct GrowthReport {
     /// Accepted proposals.
     pub accepted: usize,
@@ -88,7 +96,7 @@ pub struct GrowthReport {
 }
 
 /// An import in numbers.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ImportReport {
     /// Streets laid.
     pub streets: usize,
@@ -239,38 +247,12 @@ impl Report {
         self.marks = plan.marks().into_iter().map(mark).collect();
     }
 
-    pub(crate) fn grown(&mut self, stage: &'static str, log: &GrowthLog) {
-        let report = self.growth.entry(stage).or_default();
-        report.accepted += log.accepted.len();
-        let told: usize = log.reasons.values().sum();
-        for (reason, count) in log.refusals.iter() {
-            // What rules said stands for their refusals.
-            let count = if reason == Refused::ByRule { count - told.min(count) } else { count };
-            if count > 0 {
-                *report.refused.entry(reason.to_string()).or_default() += count;
-            }
-        }
-        for (why, count) in &log.reasons {
-            *report.refused.entry(why.to_string()).or_default() += count;
-        }
-    }
-
-    pub(crate) fn merged(&mut self, log: &MergeLog) {
-        self.growth.entry("minors").or_default().dropped += log.dropped.len();
-    }
-
-    pub(crate) fn imported(&mut self, file: &str, log: &ImportLog, left_out: &BTreeMap<String, usize>) {
-        let report = ImportReport {
-            streets: log.streets,
-            source_metres: round(log.source_length),
-            laid_metres: round(log.laid_length),
-            refused: log.refused.len(),
-            left_out: left_out.clone(),
-        };
-        for refused in &log.refused {
-            self.warnings.push(format!("{file}: {refused}"));
-        }
-        self.imports.insert(file.to_owned(), report);
+    /// Takes over what was said about streets.
+    pub(crate) fn take(&mut self, streets: &StreetsReport) {
+        let StreetsReport { growth, imports, warnings } = streets.clone();
+        self.growth = growth;
+        self.imports = imports;
+        self.warnings.extend(warnings);
     }
 
     pub(crate) fn finish(&mut self, city: &City, faults: &Faults, trimmed: i128, open: usize) {
@@ -295,6 +277,46 @@ impl Report {
             self.warn("no streets close a block, so there is no land to divide".into());
         }
         self.faults.extend(faults.sorted().iter().map(FaultReport::from));
+    }
+}
+
+impl StreetsReport {
+    pub(crate) fn warn(&mut self, warning: String) {
+        self.warnings.push(warning);
+    }
+
+    pub(crate) fn grown(&mut self, stage: &'static str, log: &GrowthLog) {
+        let report = self.growth.entry(stage.to_owned()).or_default();
+        report.accepted += log.accepted.len();
+        let told: usize = log.reasons.values().sum();
+        for (reason, count) in log.refusals.iter() {
+            // What rules said stands for their refusals.
+            let count = if reason == Refused::ByRule { count - told.min(count) } else { count };
+            if count > 0 {
+                *report.refused.entry(reason.to_string()).or_default() += count;
+            }
+        }
+        for (why, count) in &log.reasons {
+            *report.refused.entry(why.to_string()).or_default() += count;
+        }
+    }
+
+    pub(crate) fn merged(&mut self, log: &MergeLog) {
+        self.growth.entry("minors".into()).or_default().dropped += log.dropped.len();
+    }
+
+    pub(crate) fn imported(&mut self, file: &str, log: &ImportLog, left_out: &BTreeMap<String, usize>) {
+        let report = ImportReport {
+            streets: log.streets,
+            source_metres: round(log.source_length),
+            laid_metres: round(log.laid_length),
+            refused: log.refused.len(),
+            left_out: left_out.clone(),
+        };
+        for refused in &log.refused {
+            self.warnings.push(format!("{file}: {refused}"));
+        }
+        self.imports.insert(file.to_owned(), report);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The place a city stands on: its maps in one local frame.
 
-use geom::{Bounds, Raster, Vec2};
+use geom::{Bounds, Digest, Id, Raster, Vec2};
 use script::Places;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,6 +26,17 @@ impl Site {
     /// The map of that name, if there is one.
     pub fn map(&self, name: &str) -> Option<&Arc<Raster>> {
         self.maps.get(name)
+    }
+
+    /// The digest of all of it, for caches.
+    pub(crate) fn digest(&self) -> Id {
+        let Self { bounds, crs, origin, maps, districts } = self;
+        let mut digest = Digest::new("site");
+        digest.value(&(bounds, crs, origin, districts));
+        for (name, map) in maps {
+            digest.text(name).raster(map);
+        }
+        digest.finish()
     }
 
     /// What values by place are read from.

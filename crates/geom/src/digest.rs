@@ -33,6 +33,13 @@ impl Digest {
         self
     }
 
+    /// Adds bytes.
+    pub fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
+        self.0.update(&(bytes.len() as u64).to_le_bytes());
+        self.0.update(bytes);
+        self
+    }
+
     /// Adds an identity.
     pub fn id(&mut self, id: Id) -> &mut Self {
         self.0.update(&id.0.to_le_bytes());

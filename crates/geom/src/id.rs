@@ -38,6 +38,16 @@ impl Id {
         Self(xxh3_128(&bytes[..16 * (parts.len() + 1)]))
     }
 
+    /// Its 32 hexadecimal digits, as it is displayed, for writing many.
+    pub fn digits(self) -> [u8; 32] {
+        let mut digits = [0; 32];
+        for (pair, byte) in digits.chunks_exact_mut(2).zip(self.0.to_be_bytes()) {
+            let digit = |value: u8| b"0123456789abcdef"[usize::from(value)];
+            (pair[0], pair[1]) = (digit(byte >> 4), digit(byte & 15));
+        }
+        digits
+    }
+
     /// The identity of a text, e.g. a layer's name or a record of an imported file.
     pub fn of_text(purpose: &str, text: &str) -> Self {
         Self::root(purpose, &[xxh3_128(text.as_bytes())])
@@ -77,5 +87,18 @@ impl<'de> Deserialize<'de> for Id {
         }
         let text = String::deserialize(deserializer)?;
         text.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn digits_are_those_shown(id: u128) {
+            prop_assert_eq!(Id(id).digits().to_vec(), Id(id).to_string().into_bytes());
+        }
     }
 }

@@ -8,6 +8,8 @@
 //! What rule writers read is `rules/README.md`.
 
 mod city;
+mod digest;
+mod effects;
 mod fault;
 mod host;
 mod names;
@@ -21,6 +23,8 @@ pub mod testing;
 mod words;
 
 pub use city::{Checked, Evaluated, SiteInfo, SiteRequest, Sites};
+pub use digest::PlanDigests;
+pub use effects::heard;
 pub use fault::{Call, Fault, Faults, Severity};
 pub use host::{Embedded, LIBRARY, Library, Source, Texts};
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};

@@ -13,7 +13,7 @@ use crate::plan::{GoalPlan, MINOR_WIDTH, Plan, StreetPlan};
 use crate::rule::{Rule, Surroundings, headline};
 use crate::testing::{SIDE, features_of, standard_site};
 use crate::words::options::{Options, word};
-use geom::Id;
+use geom::{Digest, Id};
 use rhai::{Dynamic, Map};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -119,6 +119,14 @@ pub(crate) fn full_name(name: &str) -> String {
 }
 
 impl Preset {
+    /// All that it lays on a plan, for caches.
+    pub(crate) fn digest(&self) -> Id {
+        let Contents { name, path, about: _, streets, parcels, buildings, class, picture: _ } = &*self.0;
+        let mut digest = Digest::new("preset");
+        digest.value(&(name, path, streets.as_ref().map(StreetPlan::digest), parcels, buildings, class));
+        digest.finish()
+    }
+
     /// Reads a preset.
     pub(crate) fn load(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Fault> {
         let told = preset_engine(source, around)?;

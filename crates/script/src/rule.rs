@@ -495,6 +495,7 @@ impl Surroundings {
 /// Collects what scripts print.
 fn listen(engine: &mut Engine, notes: Notes) {
     let write = move |text: String| {
+        crate::effects::noted();
         let mut notes = notes.lock().unwrap_or_else(PoisonError::into_inner);
         *notes.entry(text).or_default() += 1;
         if notes.len() > MOST_NOTES {

@@ -1,13 +1,15 @@
 //! `plat build`.
 
+mod watch;
+
 use super::bars::Bars;
 use super::{BuildArguments, Failure, Status, faults};
 use city::export::{ColourBy, MapOptions, Mark};
 use city::progress::{Progress, Stage};
 use city::why::{Answer, explain, find};
 use city::{
-    BuildError, Built, BuiltFrom, Cancel, City, FaultReport, LoadError, Loaded, MarkReport, PresetError, Report,
-    Settings, Sources, Trace, build, export, load,
+    BuildError, Built, BuiltFrom, Cache, Cancel, City, FaultReport, LoadError, Loaded, MarkReport, PresetError, Report,
+    Settings, Sources, Trace, build_with, export, load, with_threads,
 };
 use geom::Vec2;
 use script::Texts;
@@ -16,15 +18,37 @@ use std::path::{Path, PathBuf};
 
 /// Builds a city and writes it.
 pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
+    if arguments.watch {
+        return watch::run(arguments);
+    }
+    let cache = cache_of(arguments)?;
     let bars = Bars::new(arguments.quiet || arguments.json);
     let is_new = !arguments.out.exists();
-    let outcome = build_and_write(arguments, &bars);
+    let outcome = build_and_write(arguments, &cache, &bars);
     if outcome.is_err() && is_new {
         // The folder was made to find out whether it can be; it is empty, or it stays.
         let _ = std::fs::remove_dir(&arguments.out);
     }
     bars.clear();
-    outcome.map(|(report, written, texts)| tell(arguments, &report, &written, &texts))
+    cache.flush();
+    tell_problems(&cache);
+    outcome.map(|(written, texts)| tell(arguments, &written, &texts))
+}
+
+/// The cache that a command line asks for.
+fn cache_of(arguments: &BuildArguments) -> Result<Cache, Failure> {
+    let open = |folder: &Path| {
+        Cache::on_disk(folder, arguments.cache_limit << 20).map_err(|error| {
+            let hint = "hint: name another folder with --cache";
+            Failure::new(Status::Failed, format!("{}: {error}\n  {hint}", folder.display()))
+        })
+    };
+    arguments.cache.as_deref().map_or_else(|| Ok(Cache::none()), open)
+}
+
+/// Tells what went wrong in a cache; the build did without.
+fn tell_problems(cache: &Cache) {
+    cache.problems().iter().take(1).for_each(|problem| eprintln!("   warning  {problem}"));
 }
 
 /// Why a city could not be read, as a failure.
@@ -38,9 +62,31 @@ pub fn unreadable(error: LoadError) -> Failure {
     }
 }
 
-fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, Vec<PathBuf>, Texts), Failure> {
-    let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
+/// What was written, and what there is to say about it.
+struct Written {
+    report: Report,
+    files: Vec<PathBuf>,
+}
+
+fn build_and_write(arguments: &BuildArguments, cache: &Cache, bars: &Bars) -> Result<(Written, Texts), Failure> {
     let cancel = stop_on_interrupt();
+    let loaded = loaded(arguments)?;
+    export::prepare(&arguments.out).map_err(|error| failed(&error))?;
+    let sources = sources(arguments, &loaded)?;
+    let built = built(arguments, &sources, cache, bars, &cancel)?;
+    let written = write(arguments, &built, cache, bars, &cancel)?;
+    if let Some(id) = &arguments.trace {
+        print!("{}", traced(id, &arguments.out, &sources, &built)?);
+    }
+    Ok((written, loaded.texts))
+}
+
+fn failed(error: &dyn std::fmt::Display) -> Failure {
+    Failure::new(Status::Failed, error.to_string())
+}
+
+/// The city's script, with what the command line changes.
+fn loaded(arguments: &BuildArguments) -> Result<Loaded, Failure> {
     let mut loaded = load(&arguments.city, arguments.rules.as_deref()).map_err(unreadable)?;
     for line in &loaded.printed {
         eprintln!("{line}");
@@ -54,20 +100,44 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     if let Some(seed) = arguments.seed {
         loaded.plan.seed = seed;
     }
-    export::prepare(&arguments.out).map_err(|error| failed(&error))?;
+    Ok(loaded)
+}
+
+/// The maps and streets that it names.
+fn sources(arguments: &BuildArguments, loaded: &Loaded) -> Result<Sources, Failure> {
     let sources = loaded.read().map_err(|error| failed(&error))?;
     check_colours(arguments, &sources)?;
     warn_of_size(arguments, &sources);
+    Ok(sources)
+}
+
+fn built(
+    arguments: &BuildArguments,
+    sources: &Sources,
+    cache: &Cache,
+    bars: &Bars,
+    cancel: &Cancel,
+) -> Result<Built, Failure> {
     let settings = Settings {
         threads: usize::from(arguments.threads),
         until: arguments.until,
         traces: !arguments.steps.is_empty() || arguments.trace.is_some(),
     };
-    let built = build(&sources, settings, bars, &cancel).map_err(|error| match error {
+    build_with(sources, settings, cache, bars, cancel).map_err(|error| match error {
         BuildError::Cancelled => Failure::new(Status::Interrupted, error.to_string()),
         other => failed(&other),
-    })?;
-    let city = built.city.clone();
+    })
+}
+
+/// Writes a city, its report and what else the command line asks for.
+fn write(
+    arguments: &BuildArguments,
+    built: &Built,
+    cache: &Cache,
+    bars: &Bars,
+    cancel: &Cancel,
+) -> Result<Written, Failure> {
+    let city = &built.city;
     bars.begin(Stage::Export, 0);
     let report = Report { built_from: Some(built_from(arguments)), ..built.report.clone() };
     let mut json = serde_json::to_vec_pretty(&report).map_err(|error| failed(&error))?;
@@ -80,29 +150,25 @@ fn build_and_write(arguments: &BuildArguments, bars: &Bars) -> Result<(Report, V
     let map = MapOptions { colour_by: arguments.colour_by, marks, ..MapOptions::default() };
     let trace = built.trace.as_ref().filter(|_| !arguments.steps.is_empty());
     let steps =
-        trace.map_or(Ok(Vec::new()), |trace| steps(arguments, &city, trace, &map)).map_err(|error| failed(&error))?;
+        trace.map_or(Ok(Vec::new()), |trace| steps(arguments, city, trace, &map)).map_err(|error| failed(&error))?;
     let others: Vec<(&str, &[u8])> = std::iter::once((export::REPORT, &json[..]))
         .chain(steps.iter().map(|(name, content)| (&name[..], &content[..])))
         .collect();
-    let written =
-        export::write_drawn(&city, &map, &arguments.out, &export::Format::ALL, &others, &cancel).map_err(|error| {
-            match error.problem {
-                export::Problem::Cancelled => Failure::new(Status::Interrupted, BuildError::Cancelled.to_string()),
-                _ => failed(&error),
-            }
-        })?;
+    let wanted = export::Wanted { map: &map, formats: &export::Format::ALL, others: &others, cache };
+    let files =
+        with_threads(usize::from(arguments.threads), || export::write_wanted(city, &wanted, &arguments.out, cancel));
+    let files = files.map_err(|error| failed(&error))?.map_err(|error| match error.problem {
+        export::Problem::Cancelled => Failure::new(Status::Interrupted, BuildError::Cancelled.to_string()),
+        _ => failed(&error),
+    })?;
     let names: Vec<_> =
-        written.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
+        files.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     bars.end(Stage::Export, &format!("{} in {}", names.join(", "), arguments.out.display()));
-    if let Some(id) = &arguments.trace {
-        print!("{}", traced(id, &arguments.out, &sources, &built)?);
-    }
-    Ok((report, written, loaded.texts))
+    Ok(Written { report, files })
 }
 
 /// Says step by step how something of the city just written came to be, by the first digits of its id.
 fn traced(id: &str, folder: &Path, sources: &Sources, built: &Built) -> Result<Answer, Failure> {
-    let failed = |error: &dyn std::fmt::Display| Failure::new(Status::Failed, error.to_string());
     let layout =
         export::read_layout(&folder.join(export::Format::Layout.file_name())).map_err(|error| failed(&error))?;
     let found = find(&layout, id).map_err(|error| Failure::new(Status::Usage, error.to_string()))?;
@@ -224,9 +290,10 @@ fn stop_on_interrupt() -> Cancel {
     cancel
 }
 
-fn tell(arguments: &BuildArguments, report: &Report, written: &[PathBuf], texts: &Texts) -> Status {
+/// Says what was written and what is odd about it.
+fn tell(arguments: &BuildArguments, Written { report, files }: &Written, texts: &Texts) -> Status {
     if arguments.json {
-        let files: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+        let files: Vec<_> = files.iter().map(|path| path.display().to_string()).collect();
         let value = serde_json::json!({ "report": report, "files": files });
         println!("{value}");
     }

@@ -25,6 +25,11 @@ impl Failure {
         Self { status, message: faults.first().map(ToString::to_string).unwrap_or_default(), faults, texts }
     }
 
+    /// The status that the process ends with.
+    pub fn status(&self) -> Status {
+        self.status
+    }
+
     /// Tells it: on standard error, and as one JSON object on standard output where `json` was asked for.
     pub fn tell(&self, json: bool) -> Status {
         if self.faults.is_empty() {

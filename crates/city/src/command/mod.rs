@@ -99,7 +99,21 @@ struct BuildArguments {
     /// Colours the streets of the map by what they are or by the ground they run on, with a legend.
     #[arg(long, value_enum, value_name = "WHAT", alias = "color-by")]
     colour_by: Option<ColourBy>,
-    /// Prints the report as JSON on standard output.
+    /// Builds again as soon as a rule, the script or a map is saved, until Ctrl-C; only what the change matters to is done
+    /// again. While something is broken the files stay as they are.
+    #[arg(long, conflicts_with_all = ["steps", "trace"])]
+    watch: bool,
+    /// Keeps results of stages in this folder for later builds, which are the same but faster; --watch keeps them in the
+    /// user's cache folder where none is named.
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// Most that the cache may take on disk, in megabytes; what was not used for longest goes first.
+    #[arg(long, value_name = "MB", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000), allow_negative_numbers = true)]
+    cache_limit: u64,
+    /// Keeps nothing on disk.
+    #[arg(long, conflicts_with = "cache")]
+    no_cache: bool,
+    /// Prints the report as JSON on standard output; with --watch one line a build.
     #[arg(long)]
     json: bool,
     /// Prints nothing but faults and errors.

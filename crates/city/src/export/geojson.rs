@@ -1,15 +1,17 @@
 //! `layout.geojson`: the whole city as one feature collection in local metres, one feature a line.
 //!
-//! Written as a stream: a million parcels take no more memory than one. Every coordinate is the exact decimal of a
+//! Written as a stream: a million parcels take little more memory than a thousand. Every coordinate is the exact decimal of a
 //! lattice point (k / 1024 has at most ten decimals), so reading the file back gives the same lattice points.
 
 use crate::{Area, City, Landmark};
 use buildings::Building;
 use geom::{Id, Point, Polygon};
 use layout::{Block, Parcel, Use};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
+use std::sync::LazyLock;
 use streets::runs::Run;
 use streets::{NodeId, NodeKey};
 
@@ -21,29 +23,27 @@ pub const FORMAT: u32 = 1;
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write_layout(city: &City, out: impl Write) -> io::Result<()> {
-    let mut features = Features { out, first: true };
-    features.head(city)?;
-    for run in sorted(&city.runs, |run| run.id) {
-        features.street(city, run)?;
-    }
-    for (id, key) in crossings(city) {
-        features.crossing(city, id, key)?;
-    }
-    features.quarters(&city.quarters)?;
-    for block in sorted(&city.blocks, |block| block.id) {
-        features.block(block)?;
-    }
-    features.districts(&city.districts)?;
+pub fn write_layout(city: &City, mut out: impl Write) -> io::Result<()> {
+    let mut head = Features::default();
+    head.head(city);
+    out.write_all(&head.out)?;
+    let mut stream = Stream { out, is_first: true };
+    stream.write(&sorted(&city.runs, |run| run.id), |features, run| features.street(city, run))?;
+    let crossings: Vec<_> = crossings(city).into_iter().collect();
+    stream.write(&crossings, |features, &(id, key)| features.crossing(city, id, key))?;
+    stream.write(&sorted(&city.quarters, |area| area.id), |features, area| features.area("quarter", area))?;
+    stream.write(&sorted(&city.blocks, |block| block.id), |features, block| features.block(block))?;
+    stream.write(&sorted(&city.districts, |area| area.id), |features, area| features.area("district", area))?;
     let landmark_of = landmarks_by_parcel(city);
-    for parcel in sorted(&city.parcels, |parcel| parcel.id) {
-        features.parcel(parcel, landmark_of.get(&parcel.id).copied())?;
-    }
-    for building in sorted(&city.buildings, |building| building.id) {
-        features.building(city, building)?;
-    }
-    features.landmarks(&city.landmarks)?;
-    features.foot()
+    stream.write(&sorted(&city.parcels, |parcel| parcel.id), |features, parcel| {
+        features.parcel(parcel, landmark_of.get(&parcel.id).copied());
+    })?;
+    stream.write(&sorted(&city.buildings, |building| building.id), |features, building| {
+        features.building(city, building);
+    })?;
+    stream.write(&sorted(&city.landmarks, |landmark| landmark.id), |features, landmark| features.landmark(landmark))?;
+    stream.out.write_all(b"\n]}\n")?;
+    stream.out.flush()
 }
 
 /// The landmark of each parcel that belongs to one.
@@ -74,210 +74,244 @@ fn sorted<T, K: Ord>(items: &[T], key: impl Fn(&T) -> K) -> Vec<&T> {
     refs
 }
 
+/// Features put into text at once by a thread.
+const BATCH: usize = 1024;
+
+/// Batches in memory at once: some for each thread, few enough for any city.
+const MOST_BATCHES: usize = 32;
+
 /// The stream of features.
-struct Features<W> {
+struct Stream<W> {
     out: W,
-    first: bool,
+    is_first: bool,
 }
 
-impl<W: Write> Features<W> {
-    fn head(&mut self, city: &City) -> io::Result<()> {
-        write!(self.out, "{{\"type\":\"FeatureCollection\",\"plat\":{{\"format\":{FORMAT},\"seed\":\"{}\"", city.seed)?;
-        write!(self.out, ",\"units\":\"m\",\"crs\":")?;
-        self.json(&city.site.crs)?;
-        match city.site.origin {
-            Some(at) => write!(self.out, ",\"origin\":[{},{}]", at.x, at.y)?,
-            None => write!(self.out, ",\"origin\":null")?,
+impl<W: Write> Stream<W> {
+    /// Writes a feature of each item, in their order.
+    fn write<T: Sync>(&mut self, items: &[T], feature: impl Fn(&mut Features, &T) + Sync) -> io::Result<()> {
+        for some in items.chunks(BATCH * MOST_BATCHES) {
+            let text = |batch: &[T]| {
+                let mut features = Features::default();
+                batch.iter().for_each(|item| feature(&mut features, item));
+                features.out
+            };
+            let batches: Vec<Vec<u8>> = some.par_chunks(BATCH).map(text).collect();
+            for batch in batches {
+                // Each feature begins with what parts it from the one before.
+                let parted = if std::mem::take(&mut self.is_first) { batch.strip_prefix(b",") } else { None };
+                self.out.write_all(parted.unwrap_or(&batch))?;
+            }
         }
-        write!(self.out, "}},\"features\":[")
+        Ok(())
+    }
+}
+
+/// Features as text.
+#[derive(Default)]
+struct Features {
+    out: Vec<u8>,
+}
+
+impl Features {
+    fn head(&mut self, city: &City) {
+        self.text(&format!(
+            "{{\"type\":\"FeatureCollection\",\"plat\":{{\"format\":{FORMAT},\"seed\":\"{}\"",
+            city.seed
+        ));
+        self.text(",\"units\":\"m\",\"crs\":");
+        self.json(&city.site.crs);
+        match city.site.origin {
+            Some(at) => self.text(&format!(",\"origin\":[{},{}]", at.x, at.y)),
+            None => self.text(",\"origin\":null"),
+        }
+        self.text("},\"features\":[");
     }
 
-    fn foot(&mut self) -> io::Result<()> {
-        self.out.write_all(b"\n]}\n")?;
-        self.out.flush()
-    }
-
-    fn street(&mut self, city: &City, run: &Run) -> io::Result<()> {
+    fn street(&mut self, city: &City, run: &Run) {
         let graph = &city.graph;
-        self.begin("street", run.id)?;
-        self.field("street", &run.street)?;
-        self.field("class", &graph.classes().info(run.class).name)?;
-        self.key("width")?;
-        self.lattice(run.half_width.saturating_mul(2))?;
+        self.begin("street", run.id);
+        self.id_field("street", run.street.0);
+        self.field("class", &graph.classes().info(run.class).name);
+        self.key("width");
+        self.lattice(run.half_width.saturating_mul(2));
         let id_of = |key: Option<&NodeKey>| key.map(|&key| graph.node(key).id);
-        self.field("from", &id_of(run.nodes.first()))?;
-        self.field("to", &id_of(run.nodes.last()))?;
-        self.field("level", &run.level)?;
+        self.field("from", &id_of(run.nodes.first()));
+        self.field("to", &id_of(run.nodes.last()));
+        self.field("level", &run.level);
         match run.level {
             0 => {}
-            1.. => self.field("bridge", &true)?,
-            _ => self.field("tunnel", &true)?,
+            1.. => self.field("bridge", &true),
+            _ => self.field("tunnel", &true),
         }
-        self.optional("rule", city.origins.get(usize::from(run.origin)))?;
-        self.optional("name", city.street_names.get(&run.street))?;
-        self.no_tags()?;
-        self.geometry("LineString")?;
-        self.points(run.nodes.iter().map(|&key| graph.at(key)))?;
-        self.end()
+        self.optional("rule", city.origins.get(usize::from(run.origin)));
+        self.optional("name", city.street_names.get(&run.street));
+        // What rules put on streets; nothing so far.
+        self.text(",\"tags\":{}");
+        self.geometry("LineString");
+        self.points(run.nodes.iter().map(|&key| graph.at(key)));
+        self.end();
     }
 
-    fn crossing(&mut self, city: &City, id: NodeId, key: NodeKey) -> io::Result<()> {
-        self.begin("crossing", id)?;
-        self.field("degree", &city.graph.degree(key))?;
-        self.geometry("Point")?;
-        self.point(city.graph.at(key))?;
-        self.end()
+    fn crossing(&mut self, city: &City, id: NodeId, key: NodeKey) {
+        self.begin("crossing", id.0);
+        self.field("degree", &city.graph.degree(key));
+        self.geometry("Point");
+        self.point(city.graph.at(key));
+        self.end();
     }
 
-    fn quarters(&mut self, areas: &[Area]) -> io::Result<()> {
-        for area in sorted(areas, |area| area.id) {
-            self.begin("quarter", area.id)?;
-            self.polygon(&area.polygon)?;
+    fn area(&mut self, kind: &str, area: &Area) {
+        self.begin(kind, area.id);
+        self.optional("name", area.name.as_ref());
+        self.polygon(&area.polygon);
+    }
+
+    fn block(&mut self, block: &Block) {
+        self.begin("block", block.id);
+        self.field("quarter", &block.quarter);
+        self.field("streets", &block.streets);
+        self.polygon(&block.polygon);
+    }
+
+    fn parcel(&mut self, parcel: &Parcel, landmark: Option<&Landmark>) {
+        self.begin("parcel", parcel.id);
+        self.id_field("block", parcel.block);
+        self.key("access");
+        self.text("[");
+        for (i, (street, _)) in parcel.access.iter().enumerate() {
+            self.text(if i > 0 { "," } else { "" });
+            self.id(street.0);
         }
-        Ok(())
-    }
-
-    fn districts(&mut self, areas: &[Area]) -> io::Result<()> {
-        for area in sorted(areas, |area| area.id) {
-            self.begin("district", area.id)?;
-            self.optional("name", area.name.as_ref())?;
-            self.polygon(&area.polygon)?;
-        }
-        Ok(())
-    }
-
-    fn block(&mut self, block: &Block) -> io::Result<()> {
-        self.begin("block", block.id)?;
-        self.field("quarter", &block.quarter)?;
-        self.field("streets", &block.streets)?;
-        self.polygon(&block.polygon)
-    }
-
-    fn parcel(&mut self, parcel: &Parcel, landmark: Option<&Landmark>) -> io::Result<()> {
-        self.begin("parcel", parcel.id)?;
-        self.field("block", &parcel.block)?;
-        let access: Vec<_> = parcel.access.iter().map(|(street, _)| street).collect();
-        self.field("access", &access)?;
-        self.field("use", use_name(parcel.usage))?;
+        self.text("]");
+        self.field("use", use_name(parcel.usage));
         if let Some(landmark) = landmark {
-            self.field("name", &landmark.name)?;
-            self.field("landmark", &landmark.id)?;
+            self.field("name", &landmark.name);
+            self.id_field("landmark", landmark.id);
         }
         // An inner parcel lies behind others: no access is asked of it.
         let own = parcel.is_inner().then_some("inner");
         let tags: BTreeMap<&str, bool> =
             own.into_iter().chain(parcel.tags.iter().map(|tag| &**tag)).map(|tag| (tag, true)).collect();
-        self.field("tags", &tags)?;
-        self.polygon(&parcel.polygon)
+        self.field("tags", &tags);
+        self.polygon(&parcel.polygon);
     }
 
-    /// The grounds of landmarks, as they were asked for, with the parcels they became.
-    fn landmarks(&mut self, landmarks: &[Landmark]) -> io::Result<()> {
-        for landmark in sorted(landmarks, |landmark| landmark.id) {
-            self.begin("landmark", landmark.id)?;
-            self.field("name", &landmark.name)?;
-            self.field("parcels", &landmark.parcels)?;
-            self.polygon(&landmark.ground)?;
-        }
-        Ok(())
+    fn building(&mut self, city: &City, building: &Building) {
+        self.begin("building", building.id);
+        self.id_field("parcel", building.parcel);
+        self.field("height", &building.height);
+        self.optional("rule", city.origins.get(usize::from(building.origin)));
+        self.polygon(&building.footprint);
     }
 
-    fn building(&mut self, city: &City, building: &Building) -> io::Result<()> {
-        self.begin("building", building.id)?;
-        self.field("parcel", &building.parcel)?;
-        self.field("height", &building.height)?;
-        self.optional("rule", city.origins.get(usize::from(building.origin)))?;
-        self.polygon(&building.footprint)
+    /// The ground of a landmark, as it was asked for, with the parcels it became.
+    fn landmark(&mut self, landmark: &Landmark) {
+        self.begin("landmark", landmark.id);
+        self.field("name", &landmark.name);
+        self.field("parcels", &landmark.parcels);
+        self.polygon(&landmark.ground);
+    }
+
+    fn text(&mut self, text: &str) {
+        self.out.extend_from_slice(text.as_bytes());
     }
 
     /// Opens a feature with its kind and id.
-    fn begin(&mut self, kind: &str, id: impl std::fmt::Display) -> io::Result<()> {
-        let comma = if std::mem::take(&mut self.first) { "" } else { "," };
-        write!(self.out, "{comma}\n{{\"type\":\"Feature\",\"properties\":{{\"kind\":\"{kind}\",\"id\":\"{id}\"")
+    fn begin(&mut self, kind: &str, id: Id) {
+        self.text(",\n{\"type\":\"Feature\",\"properties\":{\"kind\":\"");
+        self.text(kind);
+        self.text("\",\"id\":");
+        self.id(id);
     }
 
-    fn key(&mut self, name: &str) -> io::Result<()> {
-        write!(self.out, ",\"{name}\":")
+    fn key(&mut self, name: &str) {
+        self.text(",\"");
+        self.text(name);
+        self.text("\":");
     }
 
-    fn field(&mut self, name: &str, value: &(impl Serialize + ?Sized)) -> io::Result<()> {
-        self.key(name)?;
-        self.json(value)
+    fn field(&mut self, name: &str, value: &(impl Serialize + ?Sized)) {
+        self.key(name);
+        self.json(value);
     }
 
-    fn optional(&mut self, name: &str, value: Option<&String>) -> io::Result<()> {
-        value.map_or(Ok(()), |value| self.field(name, value))
+    fn optional(&mut self, name: &str, value: Option<&String>) {
+        if let Some(value) = value {
+            self.field(name, value);
+        }
     }
 
-    /// What rules put on streets; nothing so far.
-    fn no_tags(&mut self) -> io::Result<()> {
-        self.out.write_all(b",\"tags\":{}")
+    fn id_field(&mut self, name: &str, id: Id) {
+        self.key(name);
+        self.id(id);
     }
 
-    fn json(&mut self, value: &(impl Serialize + ?Sized)) -> io::Result<()> {
-        serde_json::to_writer(&mut self.out, value).map_err(io::Error::from)
+    fn id(&mut self, id: Id) {
+        self.text("\"");
+        self.out.extend_from_slice(&id.digits());
+        self.text("\"");
+    }
+
+    fn json(&mut self, value: &(impl Serialize + ?Sized)) {
+        // Names, numbers and lists of them have a text, and memory takes it.
+        let _ = serde_json::to_writer(&mut self.out, value);
     }
 
     /// Closes the properties and opens the coordinates.
-    fn geometry(&mut self, name: &str) -> io::Result<()> {
-        write!(self.out, "}},\"geometry\":{{\"type\":\"{name}\",\"coordinates\":")
+    fn geometry(&mut self, name: &str) {
+        self.text("},\"geometry\":{\"type\":\"");
+        self.text(name);
+        self.text("\",\"coordinates\":");
     }
 
-    fn end(&mut self) -> io::Result<()> {
-        self.out.write_all(b"}}")
+    fn end(&mut self) {
+        self.text("}}");
     }
 
-    fn polygon(&mut self, polygon: &Polygon) -> io::Result<()> {
-        self.geometry("Polygon")?;
-        self.out.write_all(b"[")?;
-        self.ring(&polygon.outer)?;
-        for hole in &polygon.holes {
-            self.out.write_all(b",")?;
-            self.ring(hole)?;
+    fn polygon(&mut self, polygon: &Polygon) {
+        self.geometry("Polygon");
+        for (i, ring) in polygon.rings().enumerate() {
+            self.text(if i > 0 { "," } else { "[" });
+            // Closed, as GeoJSON asks.
+            self.points(ring.iter().chain(ring.first()).copied());
         }
-        self.out.write_all(b"]")?;
-        self.end()
+        self.text("]");
+        self.end();
     }
 
-    /// A ring, closed as GeoJSON asks.
-    fn ring(&mut self, ring: &[Point]) -> io::Result<()> {
-        self.points(ring.iter().chain(ring.first()).copied())
-    }
-
-    fn points(&mut self, points: impl Iterator<Item = Point>) -> io::Result<()> {
-        let mut before: &[u8] = b"[";
-        for point in points {
-            self.out.write_all(before)?;
-            self.point(point)?;
-            before = b",";
+    fn points(&mut self, points: impl Iterator<Item = Point>) {
+        self.text("[");
+        for (i, point) in points.enumerate() {
+            self.text(if i > 0 { "," } else { "" });
+            self.point(point);
         }
-        self.out.write_all(if before == b"[" { b"[]" } else { b"]" })
+        self.text("]");
     }
 
-    fn point(&mut self, point: Point) -> io::Result<()> {
-        self.out.write_all(b"[")?;
-        self.lattice(point.x)?;
-        self.out.write_all(b",")?;
-        self.lattice(point.y)?;
-        self.out.write_all(b"]")
+    fn point(&mut self, point: Point) {
+        self.text("[");
+        self.lattice(point.x);
+        self.text(",");
+        self.lattice(point.y);
+        self.text("]");
     }
 
     /// A lattice length in metres, as the exact decimal without trailing zeros.
-    fn lattice(&mut self, units: i32) -> io::Result<()> {
+    fn lattice(&mut self, units: i32) {
         let size = units.unsigned_abs();
-        let sign = if units < 0 { "-" } else { "" };
-        write!(self.out, "{sign}{}", size / 1024)?;
-        let mut decimals = u64::from(size % 1024) * 9_765_625;
-        if decimals == 0 {
-            return Ok(());
-        }
-        let mut digits = 10;
-        while decimals.is_multiple_of(10) {
-            decimals /= 10;
-            digits -= 1;
-        }
-        write!(self.out, ".{decimals:0digits$}")
+        self.text(if units < 0 { "-" } else { "" });
+        self.text(itoa::Buffer::new().format(size / 1024));
+        self.text(&decimals()[size as usize % 1024]);
     }
+}
+
+/// The decimals of each number of 1024ths, with the point before them.
+fn decimals() -> &'static [String] {
+    static DECIMALS: LazyLock<Vec<String>> = LazyLock::new(|| {
+        let exact = |units: u64| format!(".{:010}", units * 9_765_625);
+        (0..1024).map(|units| exact(units).trim_end_matches('0').trim_end_matches('.').to_owned()).collect()
+    });
+    &DECIMALS
 }
 
 #[cfg(test)]
@@ -286,8 +320,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn decimal(units: i32) -> String {
-        let mut features = Features { out: Vec::new(), first: true };
-        features.lattice(units).unwrap();
+        let mut features = Features::default();
+        features.lattice(units);
         String::from_utf8(features.out).unwrap()
     }
 

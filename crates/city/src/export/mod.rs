@@ -10,7 +10,7 @@ pub mod steps;
 #[cfg(test)]
 pub(crate) mod samples;
 
-use crate::{Cancel, City};
+use crate::{Cache, Cancel, City};
 use rayon::prelude::*;
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -50,13 +50,13 @@ impl Format {
         }
     }
 
-    fn write(self, city: &City, map: &MapOptions, out: &mut dyn Write) -> Result<(), Problem> {
+    fn write(self, city: &City, map: &MapOptions, cache: &Cache, out: &mut dyn Write) -> Result<(), Problem> {
         let options = with_credits(city, map);
         match self {
             Self::Layout => geojson::write_layout(city, out)?,
             Self::Svg => map::write_svg(city, &options, out)?,
             Self::Png => out.write_all(&map::png(city, &options)?)?,
-            Self::Glb => glb::write(&glb::model(city), out)?,
+            Self::Glb => glb::write(&glb::model(city, cache), out)?,
         }
         Ok(())
     }
@@ -138,21 +138,29 @@ pub fn write_formats(
     others: &[(&str, &[u8])],
     cancel: &Cancel,
 ) -> Result<Vec<PathBuf>, ExportError> {
-    write_drawn(city, &MapOptions::default(), folder, formats, others, cancel)
+    let wanted = Wanted { map: &MapOptions::default(), formats, others, cache: &Cache::none() };
+    write_wanted(city, &wanted, folder, cancel)
 }
 
-/// The same with a map drawn as the options say.
+/// What is to be written.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted<'a> {
+    /// How the map is drawn.
+    pub map: &'a MapOptions,
+    /// The formats.
+    pub formats: &'a [Format],
+    /// Other files, as name and content.
+    pub others: &'a [(&'a str, &'a [u8])],
+    /// What earlier exports kept.
+    pub cache: &'a Cache,
+}
+
+/// The same for all that is wanted.
 ///
 /// # Errors
 /// When a file can't be produced or put in its place.
-pub fn write_drawn(
-    city: &City,
-    map: &MapOptions,
-    folder: &Path,
-    formats: &[Format],
-    others: &[(&str, &[u8])],
-    cancel: &Cancel,
-) -> Result<Vec<PathBuf>, ExportError> {
+pub fn write_wanted(city: &City, wanted: &Wanted, folder: &Path, cancel: &Cancel) -> Result<Vec<PathBuf>, ExportError> {
+    let Wanted { map, formats, others, cache } = *wanted;
     prepare(folder)?;
     let mut formats = formats.to_vec();
     formats.sort_unstable();
@@ -161,7 +169,7 @@ pub fn write_drawn(
     let write = |format: &Format| {
         let path = folder.join(format.file_name());
         stop(&path)?;
-        let file = produce(&path, |out| format.write(city, map, &mut Stoppable { out, cancel }));
+        let file = produce(&path, |out| format.write(city, map, cache, &mut Stoppable { out, cancel }));
         stop(&path)?;
         Ok((path, file?))
     };

@@ -59,6 +59,7 @@ impl Maker {
             blocks: Vec::new(),
             parcels: Vec::new(),
             buildings: Vec::new(),
+            digests: crate::Digests::default(),
         };
         Self { n, city, keys: BTreeMap::new() }
     }

@@ -50,5 +50,6 @@ fn city_after(city: &City, trace: &Trace, step: u32) -> City {
         blocks: Vec::new(),
         parcels: Vec::new(),
         buildings: Vec::new(),
+        digests: crate::Digests::default(),
     }
 }

@@ -1,17 +1,45 @@
 //! Buildings: one parcel at a time.
 
+use super::ground::{CityGround, Read, reading};
+use super::keep::{Rules, Silence};
 use super::land::{Land, inner_place};
 use super::{ByPlace, Context, Origins, shape};
 use crate::{BuildError, Stage};
 use buildings::{Building, Envelope, LEAST_HEIGHT, StartShape, extrude};
-use geom::{Id, Polygon};
+use geom::{Digest, Id, Polygon};
 use layout::{Parcel, Use};
 use rayon::prelude::*;
 use script::{BuildingChoice, BuildingPattern, Plan, Rule, ShapeContext};
-use std::collections::BTreeMap;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-/// Derives the buildings of all parcels that may carry one, by id.
-pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> Result<Vec<Building>, BuildError> {
+/// The buildings of a city, with the names that they refer to by number.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct Buildings {
+    /// By id.
+    pub all: Vec<Building>,
+    /// Those of streets, then those of buildings.
+    pub origins: Origins,
+}
+
+/// Derives the buildings of all parcels that may carry one.
+pub(crate) fn derive(
+    context: &Context,
+    land: &Land,
+    ground: &Arc<CityGround>,
+    origins: &Origins,
+) -> Result<Arc<Buildings>, BuildError> {
+    context.stage(|keys| keys.buildings, |silence| raise_all(context, land, ground, origins.clone(), silence))
+}
+
+fn raise_all(
+    context: &Context,
+    land: &Land,
+    ground: &Arc<CityGround>,
+    mut origins: Origins,
+    silence: &Silence,
+) -> Result<Buildings, BuildError> {
     let plan = &context.sources.plan;
     let own: Vec<Plan> = plan.quarters.keys().map(|&id| plan.in_quarter(Some(id)).into_owned()).collect();
     let plans = std::iter::once(plan).chain(&own);
@@ -19,36 +47,88 @@ pub(crate) fn derive(context: &Context, land: &Land, origins: &mut Origins) -> R
         plans.flat_map(|plan| plan.buildings.iter().chain(plan.district_buildings.values())).collect();
     if rules.is_empty() {
         origins.of("plain");
-        return Ok(Vec::new());
+        return Ok(Buildings { all: Vec::new(), origins });
     }
     let numbers: BTreeMap<&str, u16> = rules.into_iter().map(|rule| (rule.name(), origins.of(rule.name()))).collect();
     let patterns = ByPlace::of(context, "buildings", |rule| {
         let origin = numbers.get(rule.name()).copied().unwrap_or_default();
         (BuildingPattern::new(rule, context.faults.clone()), origin)
     });
-    let quarter_of: BTreeMap<Id, Option<Id>> = land.blocks.iter().map(|block| (block.id, block.quarter)).collect();
     context.progress.begin(Stage::Buildings, land.parcels.len() as u64);
-    let mut all: Vec<Building> = land
-        .parcels
-        .par_iter()
-        .filter_map(|parcel| {
-            context.progress.advance(1);
-            if parcel.usage != Use::Built || context.cancel.is_cancelled() {
-                return None;
-            }
-            let quarter = quarter_of.get(&parcel.block).copied().flatten();
-            raise(context, land, &patterns, parcel, quarter)
-        })
-        .collect();
+    let (rules, on) = (Rules::of(context, |digests| digests.buildings), OnBlocks::of(land));
+    let raise_block = |&(block, ref parcels): &(usize, Vec<&Parcel>)| {
+        let quarter = land.blocks[block].quarter;
+        let key = rules.as_ref().and_then(|rules| {
+            let mut digest = Digest::new("buildings of a block");
+            digest.id(land.keys.get(block).copied()??).id(rules.at(quarter));
+            digest.value(&(context.seed(quarter), &numbers));
+            Some(digest.finish())
+        });
+        let make = || {
+            let raise = |parcel: &&Parcel| raise(context, land, ground, &patterns, parcel, quarter);
+            let (buildings, reads) = reading(|| parcels.iter().filter_map(raise).collect());
+            KeptBuildings { buildings, reads }
+        };
+        if context.cancel.is_cancelled() {
+            return Default::default();
+        }
+        let is_valid = |kept: &KeptBuildings| ground.would_tell(&kept.reads);
+        let kept = silence.over(|| context.part(key, is_valid, make));
+        context.progress.advance(parcels.len() as u64);
+        kept
+    };
+    let mut all: Vec<Building> = Vec::with_capacity(land.parcels.len());
+    let raised: Vec<Arc<KeptBuildings>> = on.blocks.par_iter().map(raise_block).collect();
     context.check()?;
+    raised.into_iter().for_each(|kept| all.extend_from_slice(&kept.buildings));
+    // What landmarks keep is told apart by all blocks together.
+    let of_landmarks =
+        on.landmarks.iter().filter_map(|(parcel, quarter)| raise(context, land, ground, &patterns, parcel, *quarter));
+    all.extend(of_landmarks);
     all.sort_by_key(|building| building.id);
     context.progress.end(Stage::Buildings, &format!("{} buildings", all.len()));
-    Ok(all)
+    Ok(Buildings { all, origins })
+}
+
+/// The buildings of a block with what their rules asked about streets.
+#[derive(Default)]
+struct KeptBuildings {
+    buildings: Vec<Building>,
+    reads: Vec<Read>,
+}
+
+/// The parcels of each block that may carry buildings.
+struct OnBlocks<'a> {
+    /// With the positions of the blocks.
+    blocks: Vec<(usize, Vec<&'a Parcel>)>,
+    /// Those of landmarks, with their quarters.
+    landmarks: Vec<(&'a Parcel, Option<Id>)>,
+}
+
+impl<'a> OnBlocks<'a> {
+    fn of(land: &'a Land) -> Self {
+        let of_landmarks: BTreeSet<Id> =
+            land.landmarks.iter().flat_map(|landmark| &landmark.parcels).copied().collect();
+        let places: BTreeMap<Id, usize> = land.blocks.iter().enumerate().map(|(i, block)| (block.id, i)).collect();
+        let mut by_block: Vec<Vec<&Parcel>> = vec![Vec::new(); land.blocks.len()];
+        let mut landmarks = Vec::new();
+        for parcel in land.parcels.iter().filter(|parcel| parcel.usage == Use::Built) {
+            let Some(&block) = places.get(&parcel.block) else { continue };
+            if of_landmarks.contains(&parcel.id) {
+                landmarks.push((parcel, land.blocks[block].quarter));
+            } else {
+                by_block[block].push(parcel);
+            }
+        }
+        let blocks = by_block.into_iter().enumerate().filter(|(_, parcels)| !parcels.is_empty()).collect();
+        Self { blocks, landmarks }
+    }
 }
 
 fn raise(
     context: &Context,
     land: &Land,
+    ground: &Arc<CityGround>,
     patterns: &ByPlace<(BuildingPattern, u16)>,
     parcel: &Parcel,
     quarter: Option<Id>,
@@ -56,7 +136,7 @@ fn raise(
     let place = inner_place(&parcel.polygon);
     let (pattern, origin) = patterns.at(quarter, &context.district(place))?;
     let seed = context.seed(quarter).purpose("buildings").of(parcel.id);
-    let shape = shape::of_parcel(context, &land.ground, parcel, seed);
+    let shape = shape::of_parcel(context, ground, parcel, seed);
     let (density, max_height) = (shape.density, shape.max_height);
     let choice = pattern.choose(ShapeContext { landmark: land.landmark_of(parcel.id), ..shape });
     let BuildingChoice::Extrude(envelope) = choice else { return None };
@@ -68,7 +148,7 @@ fn raise(
         outline: parcel.polygon.clone(),
         fronts: shape::fronts(parcel),
         density,
-        ground: ground(context, &parcel.polygon),
+        ground: heights(context, &parcel.polygon),
     };
     // Whatever a rule asks for, the map of greatest heights holds.
     let envelope = Envelope { height: envelope.height.min(max_height), ..envelope };
@@ -76,7 +156,7 @@ fn raise(
 }
 
 /// Lowest and highest ground on an outline, metres.
-fn ground(context: &Context, outline: &Polygon) -> (f64, f64) {
+fn heights(context: &Context, outline: &Polygon) -> (f64, f64) {
     let heights = outline.outer.iter().map(|corner| context.sources.site.elevation(corner.metres()));
     heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| (low.min(height), high.max(height)))
 }

@@ -4,6 +4,7 @@ use super::Context;
 use crate::Site;
 use geom::{Point, Vec2};
 use script::{Ground, StreetSide};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::{Class, StreetGraph, StreetId};
@@ -52,6 +53,42 @@ impl CityGround {
     }
 }
 
+/// A question about streets that a rule asked while a part of a stage ran, with what it was told.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Read {
+    class: String,
+    at: Vec2,
+    metres: Option<f64>,
+}
+
+thread_local! {
+    /// The questions asked on this thread, while somebody listens.
+    static READS: RefCell<Option<Vec<Read>>> = const { RefCell::new(None) };
+}
+
+/// Does some work on this thread, and tells what it asked about streets. Maps do not count: they are the site's.
+pub(crate) fn reading<T>(work: impl FnOnce() -> T) -> (T, Vec<Read>) {
+    let before = READS.replace(Some(Vec::new()));
+    let result = work();
+    (result, READS.replace(before).unwrap_or_default())
+}
+
+impl CityGround {
+    /// Whether questions would be told the same as before.
+    pub fn would_tell(&self, reads: &[Read]) -> bool {
+        reads.iter().all(|Read { class, at, metres }| self.metres(class, *at) == *metres)
+    }
+
+    /// Class and greatest width of a street, as rules see them.
+    pub fn street(&self, id: StreetId) -> Option<(Class, f64)> {
+        self.streets.get(&id).copied()
+    }
+
+    fn metres(&self, class: &str, at: Vec2) -> Option<f64> {
+        self.lines.get(class).map(|lines| lines.distance(at))
+    }
+}
+
 impl Ground for CityGround {
     fn map(&self, name: &str, at: Vec2) -> Option<f64> {
         self.site.map(name).map(|map| map.bilinear(at))
@@ -66,7 +103,13 @@ impl Ground for CityGround {
     }
 
     fn distance(&self, class: &str, at: Vec2) -> Option<f64> {
-        self.lines.get(class).map(|lines| lines.distance(at))
+        let metres = self.metres(class, at);
+        READS.with_borrow_mut(|reads| {
+            if let Some(reads) = reads {
+                reads.push(Read { class: class.to_owned(), at, metres });
+            }
+        });
+        metres
     }
 
     fn classes(&self) -> Vec<String> {

@@ -1,18 +1,21 @@
 //! Land: blocks from faces, parcels from blocks, each block by itself.
 
-use super::ground::CityGround;
-use super::{ByPlace, Context, landmarks, shape};
-use crate::{BuildError, Landmark, Site, Stage, Until};
+use super::ground::{CityGround, Read, reading};
+use super::keep::{Rules, Silence};
+use super::{ByPlace, Context, Outlines, landmarks, shape};
+use crate::{BuildError, Landmark, Site, Stage, cache};
 use geom::polygon::min_area_box;
-use geom::{Id, Point, Polygon, Seed, Vec2};
+use geom::{Digest, Id, Point, Polygon, Seed, Vec2};
 use layout::{Block, BlockSource, Parcel, Region, Use, buildable, longest_side, part_grounds, recursive};
 use rayon::prelude::*;
 use script::{AssignPattern, BlockContext, ParcelChoice, ParcelPattern, RuleKind};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use streets::StreetGraph;
-use streets::faces::Faces;
 
 /// Blocks and parcels of a city, by id.
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Land {
     pub blocks: Vec<Block>,
     pub parcels: Vec<Parcel>,
@@ -22,8 +25,8 @@ pub(crate) struct Land {
     pub open: usize,
     /// Landmarks with their parcels, by id.
     pub landmarks: Vec<Landmark>,
-    /// What rules may ask of a place.
-    pub ground: Arc<CityGround>,
+    /// For each block what its parcels are kept by, where they were divided as parts of a build that keeps them.
+    pub keys: Vec<Option<Id>>,
 }
 
 impl Land {
@@ -34,25 +37,39 @@ impl Land {
     }
 }
 
-/// Derives blocks and, unless the build ends with streets, parcels.
+/// Derives blocks alone.
+pub(crate) fn derive_blocks(context: &Context, graph: &StreetGraph, outlines: &Outlines) -> Result<Land, BuildError> {
+    let source = BlockSource::new(graph, &outlines.blocks, &outlines.quarters);
+    let block = |face| (!context.cancel.is_cancelled()).then(|| source.block(face));
+    let blocks: Option<Vec<Block>> = (0..outlines.blocks.faces.len()).into_par_iter().map(block).collect();
+    let blocks = blocks.ok_or(BuildError::Cancelled)?;
+    let landmarks = landmarks::settle(&context.sources.plan.landmarks, Vec::new()).0;
+    Ok(Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0, landmarks, keys: Vec::new() })
+}
+
+/// Derives blocks and parcels.
 pub(crate) fn derive(
     context: &Context,
     graph: &StreetGraph,
-    faces: &Faces,
-    quarters: &Faces,
-    until: Until,
+    outlines: &Outlines,
+    ground: &Arc<CityGround>,
+) -> Result<Arc<Land>, BuildError> {
+    context.stage(
+        |keys| keys.land,
+        |silence| {
+            let land = derive_blocks(context, graph, outlines)?;
+            divide_all(context, land, ground, silence)
+        },
+    )
+}
+
+fn divide_all(
+    context: &Context,
+    mut land: Land,
+    ground: &Arc<CityGround>,
+    silence: &Silence,
 ) -> Result<Land, BuildError> {
-    let source = BlockSource::new(graph, faces, quarters);
-    let block = |face| (!context.cancel.is_cancelled()).then(|| source.block(face));
-    let blocks: Option<Vec<Block>> = (0..faces.faces.len()).into_par_iter().map(block).collect();
-    let blocks = blocks.ok_or(BuildError::Cancelled)?;
-    let ground = Arc::new(CityGround::new(context, graph));
-    let plan = &context.sources.plan.landmarks;
-    let settled = landmarks::settle(plan, Vec::new()).0;
-    let mut land = Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0, landmarks: settled, ground };
-    if until == Until::Streets {
-        return Ok(land);
-    }
+    let plan = &context.sources.plan;
     let patterns = ByPlace::of(context, "parcels", |rule| Patterns {
         assign: rule
             .kinds()
@@ -61,28 +78,31 @@ pub(crate) fn derive(
         parcels: ParcelPattern::new(rule, context.faults.clone()),
     });
     context.progress.begin(Stage::Parcels, land.blocks.len() as u64);
-    let grounds = landmarks::grounds(plan);
-    let divided: Vec<Divided> = land
-        .blocks
-        .par_iter()
-        .map(|block| {
-            let parts = if context.cancel.is_cancelled() {
-                Default::default()
-            } else {
-                divide(context, &land.ground, &patterns, &grounds, block)
-            };
-            context.progress.advance(1);
-            parts
-        })
-        .collect();
+    let (grounds, rules) = (landmarks::grounds(&plan.landmarks), Rules::of(context, |digests| digests.parcels));
+    let divide = |block: &Block| {
+        if context.cancel.is_cancelled() {
+            return (None, Default::default());
+        }
+        let key = rules.as_ref().and_then(|rules| block_key(context, rules, ground, block));
+        let make = || {
+            let (divided, reads) = reading(|| divide(context, ground, &patterns, &grounds, block));
+            KeptBlock { divided, reads }
+        };
+        let kept = silence.over(|| context.part(key, |kept: &KeptBlock| ground.would_tell(&kept.reads), make));
+        context.progress.advance(1);
+        (key.map(|key| Digest::new("divided").id(key).value(&kept.reads).finish()), kept)
+    };
+    let divided: Vec<(Option<Id>, Arc<KeptBlock>)> = land.blocks.par_iter().map(divide).collect();
     context.check()?;
     let mut parts = Vec::new();
-    for divided in divided {
+    for (key, kept) in divided {
+        let KeptBlock { divided, .. } = Arc::unwrap_or_clone(kept);
+        land.keys.push(key);
         land.parcels.extend(divided.parcels);
         parts.extend(divided.landmarks);
         land.trimmed += divided.trimmed;
     }
-    let (settled, of_landmarks) = landmarks::settle(plan, parts);
+    let (settled, of_landmarks) = landmarks::settle(&plan.landmarks, parts);
     land.landmarks = settled;
     land.parcels.extend(of_landmarks);
     land.parcels.sort_by_key(|parcel| parcel.id);
@@ -92,8 +112,25 @@ pub(crate) fn derive(
     Ok(land)
 }
 
+/// What a block's parcels are kept by: all that its rules can see but what they ask about streets farther off.
+fn block_key(context: &Context, rules: &Rules, ground: &CityGround, block: &Block) -> Option<Id> {
+    let streets: BTreeSet<_> = block.bodies.iter().map(|body| body.street).collect();
+    let streets: Vec<_> = streets.into_iter().map(|street| (street, ground.street(street))).collect();
+    let mut digest = Digest::new("block");
+    digest.id(rules.at(block.quarter)).bytes(&cache::bytes_of(block)?);
+    digest.value(&(streets, context.seed(block.quarter)));
+    Some(digest.finish())
+}
+
+/// A block's parcels with what its rules asked about streets.
+#[derive(Clone, Default)]
+struct KeptBlock {
+    divided: Divided,
+    reads: Vec<Read>,
+}
+
 /// What a block is divided into.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Divided {
     parcels: Vec<Parcel>,
     /// Parts of landmarks, with the position of the landmark; their ids are still to be told.

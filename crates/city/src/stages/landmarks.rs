@@ -24,13 +24,15 @@ const REACHED: f64 = 120.0;
 const GATE: f64 = 2.0;
 
 /// Lays the streets around landmarks, and names streets that were there before and cross their ground.
-pub(super) fn lay(context: &Context, network: &mut Network, width: impl Fn(Class) -> f64, report: &mut Report) {
+pub(super) fn lay(context: &Context, network: &mut Network, width: impl Fn(Class) -> f64) {
     for landmark in &context.sources.plan.landmarks {
         for name in crossed_by(landmark, network) {
-            report.warn(format!("{name} crosses the ground of landmark `{}`, which is cut there", landmark.name));
+            network
+                .report
+                .warn(format!("{name} crosses the ground of landmark `{}`, which is cut there", landmark.name));
         }
         if let Some(class) = landmark.around {
-            lay_around(network, landmark, (class, width(class)), report);
+            lay_around(network, landmark, (class, width(class)));
         }
     }
 }
@@ -60,7 +62,7 @@ fn street_around(landmark: &Plan) -> StreetId {
 }
 
 /// A closed street whose right-of-way ends where the ground begins.
-fn lay_around(network: &mut Network, landmark: &Plan, (class, width): (Class, f64), report: &mut Report) {
+fn lay_around(network: &mut Network, landmark: &Plan, (class, width): (Class, f64)) {
     let (street, half_width) = (street_around(landmark), units(width / 2.0));
     let id = street.0;
     let origin = network.origins.of("landmark");
@@ -71,7 +73,7 @@ fn lay_around(network: &mut Network, landmark: &Plan, (class, width): (Class, f6
         let (from, to) = (ring[i], ring[(i + 1) % ring.len()]);
         let new = NewSegment { from, to, from_id: node(i), to_id: node(i + 1), claim, level: 0 };
         if let Err(refusal) = network.graph.insert(&new, Crowding::Join) {
-            report.warn(format!("street around landmark `{}`, piece {}: {refusal}", landmark.name, i + 1));
+            network.report.warn(format!("street around landmark `{}`, piece {}: {refusal}", landmark.name, i + 1));
         }
     }
     network.names.entry(street).or_insert_with(|| landmark.name.clone());

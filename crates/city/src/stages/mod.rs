@@ -2,6 +2,7 @@
 
 pub(crate) mod buildings;
 pub(crate) mod ground;
+pub(crate) mod keep;
 pub(crate) mod land;
 pub(crate) mod landmarks;
 pub(crate) mod patterns;
@@ -9,9 +10,14 @@ pub(crate) mod shape;
 pub(crate) mod streets;
 
 use crate::progress::{Cancel, Progress};
-use crate::{BuildError, Sources};
-use geom::{Id, Seed, Vec2};
+use crate::{BuildError, Cache, Sources};
+use ::streets::StreetGraph;
+use ::streets::faces::{FaceKind, Faces};
+use ::streets::runs::{Run, runs};
+use geom::{Digest, Id, Seed, Vec2};
+use keep::Keys;
 use script::{Faults, Plan, Rule};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -23,6 +29,10 @@ pub(crate) struct Context<'a> {
     pub cancel: &'a Cancel,
     /// Whether growth is to be traced, with what it refused.
     pub traces: bool,
+    /// What earlier builds kept.
+    pub cache: &'a Cache,
+    /// By which digests this one keeps and looks up; none where it keeps nothing.
+    pub keys: Option<Keys>,
 }
 
 impl Context<'_> {
@@ -48,8 +58,29 @@ impl Context<'_> {
     }
 }
 
+/// What is found of the streets of a city once they are all there.
+pub(crate) struct Outlines {
+    pub quarters: Faces,
+    pub blocks: Faces,
+    pub runs: Vec<Run>,
+}
+
+impl Outlines {
+    /// Those of a graph.
+    pub fn of(context: &Context, graph: &StreetGraph) -> Result<Arc<Self>, BuildError> {
+        let key = context.keys.map(|keys| Digest::new("outlines").id(keys.streets).finish());
+        let find = || Self {
+            quarters: Faces::of(graph, FaceKind::Quarter),
+            blocks: Faces::of(graph, FaceKind::Block),
+            runs: runs(graph),
+        };
+        let found = context.part(key, |_| true, find);
+        context.check().map(|()| found)
+    }
+}
+
 /// The names that claims, parcels and buildings refer to by number.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Origins(Vec<String>);
 
 impl Origins {

@@ -4,24 +4,26 @@
 mod chosen;
 mod seeds;
 
+use super::keep::Silence;
 use super::patterns::pattern;
 use super::{Context, Origins, landmarks};
-use crate::report::Report;
+use crate::report::StreetsReport;
 use crate::sources::{ImportOptions, lay_streets};
 use crate::trace::{Grown, Trace};
 use crate::{BuildError, Stage};
 use geom::point::units;
-use geom::{Angle, Id, Point, Seed};
+use geom::{Angle, Digest, Id, Point, Seed};
 use rayon::prelude::*;
 use script::{DensityGoal, GivenLine, MINOR_WIDTH, StreetPlan, Value, Within};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
-use streets::graph::{Crowding, NewSegment};
+use streets::graph::{Crowding, NewSegment, Refusal};
 use streets::growth::{
-    Constraints, Distances, Field, Fields, Goal, Growth, GrowthRules, Peaks, QuarterGrowth, QuarterSettings, SeedPoint,
-    Smoothing, Zones, attach, grow, grow_from_streets, grow_outside, grow_quarter, prune_dead_ends, prune_networks,
-    smooth,
+    Attachment, Constraints, Distances, Field, Fields, Goal, Growth, GrowthLog, GrowthRules, Keeps, Peaks,
+    QuarterGrowth, QuarterSettings, SeedPoint, Smoothing, Stopped, Zones, attach, grow, grow_from_streets,
+    grow_outside, grow_quarter, prune_dead_ends, prune_networks, smooth,
 };
 use streets::runs::Run;
 use streets::{Claim, Class, Classes, NodeId, StreetGraph, StreetId};
@@ -43,13 +45,33 @@ fn defaults(class: Class) -> ClassDefaults {
     }
 }
 
-/// The finished street network.
+/// The street network, finished or on the way.
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Network {
     pub graph: StreetGraph,
     pub origins: Origins,
     pub names: BTreeMap<StreetId, String>,
+    /// Those that were there before growth, by id: they stay as drawn.
+    given: Vec<StreetId>,
+    /// What there is to say about it.
+    pub report: StreetsReport,
     /// What growth did, where the build is to trace it.
+    #[serde(skip)]
     pub trace: Option<Trace>,
+}
+
+impl Default for Network {
+    /// Without streets.
+    fn default() -> Self {
+        Self {
+            graph: StreetGraph::new(Classes::default()),
+            origins: Origins::default(),
+            names: BTreeMap::new(),
+            given: Vec::new(),
+            report: StreetsReport::default(),
+            trace: None,
+        }
+    }
 }
 
 impl Network {
@@ -62,35 +84,47 @@ impl Network {
 }
 
 /// Derives the street network of a plan.
-pub(crate) fn derive(context: &Context, report: &mut Report) -> Result<Network, BuildError> {
-    let classes = Classes::default();
-    let mut network =
-        Network { graph: StreetGraph::new(classes), origins: Origins::default(), names: BTreeMap::new(), trace: None };
-    import(context, &mut network, report)?;
+pub(crate) fn derive(context: &Context) -> Result<Arc<Network>, BuildError> {
+    context.stage(
+        |keys| keys.streets,
+        |silence| {
+            let arterials = context.stage(|keys| keys.arterials, |_| derive_arterials(context))?;
+            let mut network = Arc::unwrap_or_clone(arterials);
+            let fields = Arc::new(fields(context));
+            let plan = &context.sources.plan;
+            if let Some(minors) = &plan.minors {
+                let fields = within(context, Classes::MINOR, minors, &fields);
+                let growth = grow_minors(context, &mut network, minors, &fields, silence)?;
+                finish(&mut network, &growth, minors, &fields);
+                context.check()?;
+            }
+            for &street in &plan.removed {
+                context.check()?;
+                if !network.graph.remove_street(street) {
+                    network.report.warn(format!("`remove` names street {street}, which is not there"));
+                }
+            }
+            Ok(network)
+        },
+    )
+}
+
+/// The streets that are there before minors.
+fn derive_arterials(context: &Context) -> Result<Network, BuildError> {
+    let mut network = Network::default();
+    import(context, &mut network)?;
     let width = |class| width_of(plan_of(context, class), class);
-    landmarks::lay(context, &mut network, width, report);
+    landmarks::lay(context, &mut network, width);
     network.trace = context.traces.then(|| Trace::new(network.graph.clone()));
+    network.given = network.graph.streets();
     let fields = Arc::new(fields(context));
     let plan = &context.sources.plan;
-    let given = network.graph.streets();
     for (class, plan) in [(Classes::HIGHWAY, &plan.highways), (Classes::MAJOR, &plan.majors)] {
         let Some(plan) = plan else { continue };
         let fields = within(context, class, plan, &fields);
-        let growth = grow_arterials(context, &mut network, (class, plan), &fields, report)?;
-        finish(&mut network, &growth, plan, &fields, &given);
+        let growth = grow_arterials(context, &mut network, (class, plan), &fields)?;
+        finish(&mut network, &growth, plan, &fields);
         context.check()?;
-    }
-    if let Some(minors) = &plan.minors {
-        let fields = within(context, Classes::MINOR, minors, &fields);
-        let growth = grow_minors(context, &mut network, minors, &fields, report)?;
-        finish(&mut network, &growth, minors, &fields, &given);
-        context.check()?;
-    }
-    for &street in &plan.removed {
-        context.check()?;
-        if !network.graph.remove_street(street) {
-            report.warn(format!("`remove` names street {street}, which is not there"));
-        }
     }
     Ok(network)
 }
@@ -154,7 +188,7 @@ fn widest(plan: &StreetPlan, class: Class) -> f64 {
 }
 
 /// Puts given and imported streets into the graph.
-fn import(context: &Context, network: &mut Network, report: &mut Report) -> Result<(), BuildError> {
+fn import(context: &Context, network: &mut Network) -> Result<(), BuildError> {
     let plan = &context.sources.plan;
     let total = plan.given.len() + context.sources.imports.len();
     if total == 0 {
@@ -163,7 +197,7 @@ fn import(context: &Context, network: &mut Network, report: &mut Report) -> Resu
     context.progress.begin(Stage::Import, total as u64);
     for (ordinal, line) in plan.given.iter().enumerate() {
         context.check()?;
-        lay_given(network, line, ordinal, report);
+        lay_given(network, line, ordinal);
         context.progress.advance(1);
     }
     for file in &context.sources.imports {
@@ -172,7 +206,7 @@ fn import(context: &Context, network: &mut Network, report: &mut Report) -> Resu
         let options = ImportOptions { origin, ..ImportOptions::new(&file.key) };
         let log = lay_streets(&mut network.graph, &file.streets, &options);
         network.names.extend(log.names.iter().map(|(id, name)| (*id, name.clone())));
-        report.imported(&file.key, &log, &file.left_out);
+        network.report.imported(&file.key, &log, &file.left_out);
         context.progress.advance(1);
     }
     let outcome =
@@ -182,7 +216,7 @@ fn import(context: &Context, network: &mut Network, report: &mut Report) -> Resu
 }
 
 /// Lays a street drawn in the script, point by point.
-fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &mut Report) {
+fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize) {
     let id = Id::root("given street", &[ordinal as u128]);
     let street = StreetId(id);
     let width = line.width.unwrap_or(defaults(line.class).width);
@@ -198,7 +232,7 @@ fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize, report: &m
             level: 0,
         };
         if let Err(refusal) = network.graph.insert(&new, Crowding::Join) {
-            report.warn(format!("given street {}, piece {}: {refusal}", ordinal + 1, i + 1));
+            network.report.warn(format!("given street {}, piece {}: {refusal}", ordinal + 1, i + 1));
         }
     }
     if let Some(name) = &line.name {
@@ -246,7 +280,6 @@ fn grow_arterials(
     network: &mut Network,
     (class, plan): (Class, &StreetPlan),
     fields: &Arc<Fields>,
-    report: &mut Report,
 ) -> Result<Growth, BuildError> {
     let ClassDefaults { stage, reseed, .. } = defaults(class);
     context.progress.begin(stage, 0);
@@ -255,7 +288,7 @@ fn grow_arterials(
     let rules = pattern(context, network, &plan.pattern);
     let cancel = || context.cancel.is_cancelled();
     let log = grow_from_streets(&mut network.graph, &growth, &*rules, fields, &cancel);
-    report.grown(stage.name(), &log);
+    network.report.grown(stage.name(), &log);
     let mut logs: Vec<_> = context.traces.then_some(log).into_iter().collect();
     let reseed = plan.reseed.unwrap_or(reseed);
     let mut ordinal = 0;
@@ -267,7 +300,7 @@ fn grow_arterials(
         let point = SeedPoint { at: place, heading: Angle::ZERO, root: growth.root.child(ordinal) };
         let log = grow(&mut network.graph, &growth, &*rules, fields, &[point], &cancel);
         ordinal += u64::from(!log.accepted.is_empty());
-        report.grown(stage.name(), &log);
+        network.report.grown(stage.name(), &log);
         logs.extend(context.traces.then_some(log));
     }
     // Where no street was drawn to a landmark by itself, one starts there, in the last of these stages.
@@ -279,7 +312,7 @@ fn grow_arterials(
                 break;
             }
             let log = grow(&mut network.graph, &growth, &*rules, fields, &[gate], &cancel);
-            report.grown(stage.name(), &log);
+            network.report.grown(stage.name(), &log);
             logs.extend(context.traces.then_some(log));
         }
     }
@@ -291,10 +324,10 @@ fn grow_arterials(
     Ok(growth)
 }
 
-/// What is done to the streets of a class once all have grown. `given` streets stay as drawn.
-fn finish(network: &mut Network, growth: &Growth, plan: &StreetPlan, fields: &Fields, given: &[StreetId]) {
+/// What is done to the streets of a class once all have grown.
+fn finish(network: &mut Network, growth: &Growth, plan: &StreetPlan, fields: &Fields) {
     let class = growth.class;
-    let graph = &mut network.graph;
+    let (graph, given) = (&mut network.graph, &network.given);
     let is_given = |graph: &StreetGraph, run: &Run| {
         let claims = run.nodes.windows(2).filter_map(|pair| graph.segment_between(pair[0], pair[1], run.level));
         let mut streets = claims.flat_map(|key| graph.segment(key).claims()).map(|claim| claim.street);
@@ -320,17 +353,17 @@ fn grow_minors(
     network: &mut Network,
     plan: &StreetPlan,
     fields: &Arc<Fields>,
-    report: &mut Report,
+    silence: &Silence,
 ) -> Result<Growth, BuildError> {
     let quarters = Faces::of(&network.graph, FaceKind::Quarter);
     context.progress.begin(Stage::Minors, quarters.faces.len() as u64 + 1);
     let is_there = |id: &Id| quarters.faces.binary_search_by_key(id, |face| face.id).is_ok();
     for id in context.sources.plan.quarters.keys().filter(|id| !is_there(id)) {
-        report.warn(format!("`quarters` names quarter {id}, which is not there"));
+        network.report.warn(format!("`quarters` names quarter {id}, which is not there"));
     }
     let outside = Quarter::new(context, network, plan, None)?;
-    let choice = chosen::of(context, plan, &quarters, report);
-    let outskirts = chosen::outside(context, &network.graph, plan, fields, report);
+    let choice = chosen::of(context, plan, &quarters, &mut network.report);
+    let outskirts = chosen::outside(context, &network.graph, plan, fields, &mut network.report);
     let faces: Vec<(&Face, Quarter)> = choice
         .into_iter()
         .map(|face| Ok((face, Quarter::new(context, network, plan, Some(face.id))?)))
@@ -338,12 +371,15 @@ fn grow_minors(
     let graph = &network.graph;
     let cancel = || context.cancel.is_cancelled();
     let fill = |(face, quarter): &(&Face, Quarter)| {
-        let grown = grow_quarter(graph, face, &quarter.settings, &*quarter.rules, fields, &cancel);
+        let grow = || grow_quarter(graph, face, &quarter.settings, &*quarter.rules, fields, &cancel);
+        let grown = silence.over(|| quarter.grown(context, fields, grow));
         context.progress.advance(1);
         grown
     };
-    let fill_outside =
-        |fields: &Arc<Fields>| grow_outside(graph, &quarters, &outside.settings, &*outside.rules, fields, &cancel);
+    let fill_outside = |fields: &Arc<Fields>| {
+        let grow = || grow_outside(graph, &quarters, &outside.settings, &*outside.rules, fields, &cancel);
+        silence.over(|| outside.grown(context, fields, grow))
+    };
     let (mut grown, rim): (Vec<QuarterGrowth>, Option<QuarterGrowth>) =
         rayon::join(|| faces.par_iter().map(fill).collect(), || outskirts.as_ref().map(fill_outside));
     context.check()?;
@@ -351,9 +387,9 @@ fn grow_minors(
     let merge = attach(&mut network.graph, &grown, &cancel);
     context.check()?;
     for growth in &grown {
-        report.grown("minors", &growth.log);
+        network.report.grown("minors", &growth.log);
     }
-    report.merged(&merge);
+    network.report.merged(&merge);
     let outcome = format!(
         "{} segments in {} quarters and outside them, {:.1} km in all",
         merge.laid,
@@ -369,6 +405,17 @@ fn grow_minors(
 struct Quarter {
     settings: QuarterSettings,
     rules: Box<dyn GrowthRules + Send>,
+    /// What its streets are kept by.
+    key: Option<Id>,
+}
+
+/// What grew in a quarter, without what it keeps to: that holds rules, which are new ones in each build.
+#[derive(Clone)]
+struct KeptGrowth {
+    quarter: Id,
+    log: GrowthLog,
+    attachments: Vec<Attachment>,
+    fault: Option<Refusal>,
 }
 
 impl Quarter {
@@ -382,6 +429,27 @@ impl Quarter {
         let growth = growth_of(context, own, Classes::MINOR, seed)?;
         let reseed = plan.reseed.unwrap_or(defaults(Classes::MINOR).reseed);
         let settings = QuarterSettings { reseed, ..QuarterSettings::new(growth) };
-        Ok(Self { settings, rules: pattern(context, network, &own.pattern) })
+        let rules = pattern(context, network, &own.pattern);
+        let key = context.keys.map(|keys| {
+            // Streets name their rules by number.
+            let origins = own.pattern.parts().iter().map(|part| network.origins.of(part.rule.name()));
+            let mut digest = Digest::new("quarter");
+            digest.id(keys.arterials).id(plan.digest()).id(own.digest());
+            digest.value(&(id, seed, origins.collect::<Vec<_>>()));
+            digest.finish()
+        });
+        Ok(Self { settings, rules, key })
+    }
+
+    /// What grew there, from an earlier build or `grow`.
+    fn grown(&self, context: &Context, fields: &Arc<Fields>, grow: impl FnOnce() -> QuarterGrowth) -> QuarterGrowth {
+        let make = || {
+            let QuarterGrowth { quarter, log, attachments, keeps: _, fault } = grow();
+            KeptGrowth { quarter, log, attachments, fault }
+        };
+        let is_whole = |kept: &KeptGrowth| kept.log.stopped != Some(Stopped::Cancelled);
+        let kept = context.part(self.key, is_whole, make);
+        let KeptGrowth { quarter, log, attachments, fault } = Arc::unwrap_or_clone(kept);
+        QuarterGrowth { quarter, log, attachments, keeps: Keeps::of(&self.settings.growth, fields), fault }
     }
 }

@@ -155,6 +155,7 @@ pub struct Faults(Mutex<BTreeMap<Key, Fault>>);
 impl Faults {
     /// Takes a fault in.
     pub fn report(&self, fault: Fault) {
+        crate::effects::noted();
         let key = (fault.file.clone(), fault.line, fault.column, fault.message.clone());
         let mut known = self.lock();
         match known.entry(key) {

@@ -28,6 +28,7 @@ impl Marks {
         if !at.is_finite() || at.abs().max_element() > 1e6 {
             return Err(Complaint::new("a mark cannot lie more than 1000 km away"));
         }
+        crate::effects::noted();
         let key = ((at.x * PARTS).round() as i64, (at.y * PARTS).round() as i64);
         let mut marks = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         marks.insert(key);

@@ -67,7 +67,8 @@ impl Stored<'_> {
     fn check(&self) -> Result<(), &'static str> {
         let node = |key: NodeKey| self.nodes.get(key.0 as usize).is_some_and(Option::is_some);
         let segment = |key: SegmentKey| self.segments.get(key.0 as usize).is_some_and(Option::is_some);
-        let count = |free: &[u32], all: usize, gone: usize| free.len() == gone && free.iter().all(|&i| (i as usize) < all);
+        let count =
+            |free: &[u32], all: usize, gone: usize| free.len() == gone && free.iter().all(|&i| (i as usize) < all);
         let gone = self.nodes.iter().filter(|node| node.is_none()).count();
         let gone_segments = self.segments.iter().filter(|segment| segment.is_none()).count();
         let arms = self.nodes.iter().flatten().flat_map(|node| &node.arms);

@@ -1,7 +1,7 @@
 //! Buildings as walls and roofs; parks and plazas as coloured ground.
 
 use super::terrain::{ERROR_M, Terrain};
-use super::{GREEN_LIFT_M, Group, Model, Surface, TileKey, push_corners};
+use super::{GREEN_LIFT_M, Group, Meshes, Surface, TileKey, push_corners};
 use crate::City;
 use buildings::Building;
 use geom::triangulate::triangulate;
@@ -10,13 +10,13 @@ use layout::Use;
 
 /// The meshes of all buildings: from the lowest ground, less what the terrain may lie below the map, up to their height above
 /// the highest ground. One whose footprint has no triangles is left out.
-pub fn buildings(city: &City) -> Model {
-    let mut model = Model::default();
+pub fn buildings(city: &City) -> Meshes {
+    let mut model = Meshes::default();
     city.buildings.iter().for_each(|building| add_building(&mut model, building));
     model
 }
 
-fn add_building(model: &mut Model, building: &Building) {
+fn add_building(model: &mut Meshes, building: &Building) {
     let Some(first) = building.footprint.outer.first() else { return };
     let Ok(roof) = triangulate(&building.footprint) else { return };
     let tile = TileKey::of(first.metres());
@@ -29,7 +29,7 @@ fn add_building(model: &mut Model, building: &Building) {
 }
 
 /// Adds parcels that are parks or plazas, laid onto the terrain.
-pub fn add_green(model: &mut Model, city: &City, terrain: &Terrain) {
+pub fn add_green(model: &mut Meshes, city: &City, terrain: &Terrain) {
     for parcel in &city.parcels {
         let surface = match parcel.usage {
             Use::Park => Surface::Park,

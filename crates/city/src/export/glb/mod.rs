@@ -10,9 +10,11 @@ mod terrain;
 
 pub use pack::{GlbError, write};
 
-use crate::City;
-use geom::{Mesh, Vec2, Vec3};
+use crate::{Cache, City};
+use geom::{Digest, Id, Mesh, Vec2, Vec3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use terrain::Terrain;
 
 /// Side of a tile in metres.
 pub const TILE_M: f64 = 1000.0;
@@ -88,8 +90,8 @@ pub enum Surface {
     Roof,
 }
 
-/// The meshes of a tile, around its origin at height 0.
-pub type Tile = BTreeMap<(Group, Surface), Mesh>;
+/// The meshes of a tile, around its origin at height 0. Those of one city and the next may be the same ones.
+pub type Tile = BTreeMap<(Group, Surface), Arc<Mesh>>;
 
 /// A city as meshes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -103,30 +105,54 @@ pub struct Model {
 }
 
 impl Model {
-    fn mesh(&mut self, tile: TileKey, group: Group, surface: Surface) -> &mut Mesh {
-        self.tiles.entry(tile).or_default().entry((group, surface)).or_default()
+    /// Takes in the meshes of some groups that it has none of.
+    fn take(&mut self, meshes: &Meshes) {
+        for (&(tile, group, surface), mesh) in &meshes.0 {
+            if !mesh.is_empty() {
+                self.tiles.entry(tile).or_default().insert((group, surface), mesh.clone());
+            }
+        }
     }
 }
 
-/// The meshes of a city. A thing belongs to the tile of its first point, the terrain to the tile it lies in.
-pub fn model(city: &City) -> Model {
+/// Meshes being made.
+#[derive(Debug, Default)]
+struct Meshes(BTreeMap<(TileKey, Group, Surface), Arc<Mesh>>);
+
+impl Meshes {
+    fn mesh(&mut self, tile: TileKey, group: Group, surface: Surface) -> &mut Mesh {
+        Arc::make_mut(self.0.entry((tile, group, surface)).or_default())
+    }
+}
+
+/// The meshes of a city. A thing belongs to the tile of its first point, the terrain to the tile it lies in. Those of
+/// terrain and streets are kept in a cache, where it is known what they were made from.
+pub fn model(city: &City, cache: &Cache) -> Model {
     let on_ground = || {
-        let terrain = terrain::Terrain::of(city);
-        let mut model = Model::default();
-        streets::add_to(&mut model, city, &terrain);
-        buildings::add_green(&mut model, city, &terrain);
-        terrain.add_to(&mut model);
-        model
+        let terrain = cache.part(terrain_key(city), || Terrain::of(city));
+        let key = terrain_key(city).zip(city.digests.streets);
+        let key = key.map(|(terrain, streets)| Digest::new("meshes").id(terrain).id(streets).finish());
+        let fixed = cache.part(key, || {
+            let mut meshes = Meshes::default();
+            terrain.add_to(&mut meshes);
+            streets::add_to(&mut meshes, city, &terrain);
+            meshes
+        });
+        let mut green = Meshes::default();
+        buildings::add_green(&mut green, city, &terrain);
+        (fixed, green)
     };
-    let (mut model, built) = rayon::join(on_ground, || buildings::buildings(city));
-    for (key, tile) in built.tiles {
-        model.tiles.entry(key).or_default().extend(tile);
-    }
-    for tile in model.tiles.values_mut() {
-        tile.retain(|_, mesh| !mesh.is_empty());
-    }
-    model.tiles.retain(|_, tile| !tile.is_empty());
-    Model { crs: city.site.crs.clone(), origin: city.site.origin, ..model }
+    let ((fixed, green), built) = rayon::join(on_ground, || buildings::buildings(city));
+    let mut model = Model { crs: city.site.crs.clone(), origin: city.site.origin, ..Model::default() };
+    [&*fixed, &green, &built].into_iter().for_each(|meshes| model.take(meshes));
+    model
+}
+
+/// What the terrain under a city is kept by.
+fn terrain_key(city: &City) -> Option<Id> {
+    let mut digest = Digest::new("terrain");
+    digest.id(city.digests.site?).value(&city.graph.bounds());
+    Some(digest.finish())
 }
 
 /// A corner of a surface: place in metres, height, and the normal there in (east, north, up).

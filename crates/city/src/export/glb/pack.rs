@@ -41,7 +41,16 @@ const INDICES: u32 = 2;
 /// # Errors
 /// When it does not fit the format, and those of the writer.
 pub fn write(model: &Model, out: impl Write) -> Result<(), GlbError> {
-    let mut packer = Packer::default();
+    let meshes = || model.tiles.values().flat_map(Tile::values);
+    let (corners, indices) = meshes()
+        .fold((0, 0), |(corners, indices), mesh| (corners + mesh.positions.len(), indices + mesh.indices.len()));
+    // Room for all from the start: to move a hundred megabytes again and again takes longer than to fill them.
+    let mut packer = Packer {
+        positions: Vec::with_capacity(12 * corners),
+        normals: Vec::with_capacity(12 * corners),
+        indices: Vec::with_capacity(4 * indices + 4 * meshes().count()),
+        ..Packer::default()
+    };
     packer.root.asset.generator = Some("Plat".into());
     let tiles: Vec<_> = model.tiles.iter().map(|(&key, tile)| packer.tile(key, tile)).collect();
     let about = serde_json::json!({ "crs": model.crs, "origin": model.origin.map(|at| [at.x, at.y]) });
@@ -65,7 +74,7 @@ impl Packer {
     fn tile(&mut self, key: TileKey, tile: &Tile) -> Index<Node> {
         let mut groups: BTreeMap<Group, Vec<(Surface, &Mesh)>> = BTreeMap::new();
         for (&(group, surface), mesh) in tile {
-            groups.entry(group).or_default().push((surface, mesh));
+            groups.entry(group).or_default().push((surface, &**mesh));
         }
         let place = format!("{} {}", key.column, key.row);
         let children = groups.into_iter().map(|(group, meshes)| self.group(group, &place, &meshes)).collect();
@@ -106,24 +115,31 @@ impl Packer {
     fn vectors(&mut self, view: u32, vectors: &[[f32; 3]]) -> Index<Accessor> {
         let bytes = if view == POSITIONS { &mut self.positions } else { &mut self.normals };
         let offset = bytes.len();
-        bytes.extend(vectors.iter().flatten().flat_map(|x| x.to_le_bytes()));
-        let extent = |pick: fn(f32, f32) -> f32| {
-            let each = |axis: usize| vectors.iter().map(|v| v[axis]).reduce(pick).unwrap_or(0.0);
-            (view == POSITIONS).then(|| Value::from(vec![each(0), each(1), each(2)]))
+        bytes.reserve(12 * vectors.len());
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for vector in vectors {
+            for axis in 0..3 {
+                bytes.extend_from_slice(&vector[axis].to_le_bytes());
+                (low[axis], high[axis]) = (low[axis].min(vector[axis]), high[axis].max(vector[axis]));
+            }
+        }
+        let told = |extent: [f32; 3]| {
+            (view == POSITIONS).then(|| Value::from(extent.map(|x| if x.is_finite() { x } else { 0.0 }).to_vec()))
         };
-        let (min, max) = (extent(f32::min), extent(f32::max));
+        let (min, max) = (told(low), told(high));
         self.accessor(view, offset, vectors.len(), ComponentType::F32, Type::Vec3, (min, max))
     }
 
     /// An accessor of indices, as small as they allow.
     fn triangles(&mut self, indices: &[u32], corners: usize) -> Index<Accessor> {
         let offset = self.indices.len();
+        self.indices.reserve(4 * indices.len() + 4);
         // The largest value of a type is not an index: it would restart a strip.
         let component = if corners <= usize::from(u16::MAX) {
-            self.indices.extend(indices.iter().flat_map(|&i| (i as u16).to_le_bytes()));
+            indices.iter().for_each(|&i| self.indices.extend_from_slice(&(i as u16).to_le_bytes()));
             ComponentType::U16
         } else {
-            self.indices.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+            indices.iter().for_each(|i| self.indices.extend_from_slice(&i.to_le_bytes()));
             ComponentType::U32
         };
         self.indices.resize(self.indices.len().next_multiple_of(4), 0);

@@ -7,7 +7,7 @@ mod bridge;
 mod crossing;
 
 use super::terrain::Terrain;
-use super::{Corner, Group, Model, STREET_LIFT_M, Surface, TileKey, push_corners};
+use super::{Corner, Group, Meshes, STREET_LIFT_M, Surface, TileKey, push_corners};
 use crate::City;
 use crossing::Trims;
 use geom::{Mesh, Point, Vec2};
@@ -21,7 +21,7 @@ const CARRIAGEWAY: f64 = 0.68;
 const MITRE: f64 = 2.5;
 
 /// Adds all streets: every one of level 0 onto the terrain, the others as bridges and tunnels.
-pub fn add_to(model: &mut Model, city: &City, terrain: &Terrain) {
+pub fn add_to(model: &mut Meshes, city: &City, terrain: &Terrain) {
     let trims = Trims::of(city);
     for (index, run) in city.runs.iter().enumerate() {
         let Some(ribbon) = Ribbon::of(city, run, trims.of_run(index)) else { continue };
@@ -117,7 +117,7 @@ fn lefts(line: &[Vec2], half_width: f64) -> Vec<Vec2> {
     (0..line.len()).map(at).collect()
 }
 
-fn add_ribbon(model: &mut Model, terrain: &Terrain, ribbon: &Ribbon) {
+fn add_ribbon(model: &mut Meshes, terrain: &Terrain, ribbon: &Ribbon) {
     for (from, to, surface) in ribbon.strips() {
         let mesh = model.mesh(ribbon.tile, Group::Streets, surface);
         for quad in ribbon.quads(from, to) {

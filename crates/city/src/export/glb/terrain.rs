@@ -3,7 +3,7 @@
 //!
 //! Shores and park rims are lines through the triangles, where the mask interpolated between grid points passes one half.
 
-use super::{Corner, Group, Model, Surface, TILE_M, TileKey, push_corners};
+use super::{Corner, Group, Meshes, Surface, TILE_M, TileKey, push_corners};
 use crate::City;
 use geom::{Bounds, Raster, Vec2, Vec3};
 use rayon::prelude::*;
@@ -275,7 +275,7 @@ impl Terrain {
     }
 
     /// Adds the terrain to a model, cut to what is shown.
-    pub fn add_to(&self, model: &mut Model) {
+    pub fn add_to(&self, model: &mut Meshes) {
         for (column, row) in self.tile_cells() {
             let key = TileKey { column: self.first.column + column as i32, row: self.first.row + row as i32 };
             let mut shared = Shared::default();
@@ -285,7 +285,7 @@ impl Terrain {
         }
     }
 
-    fn add_triangle(&self, model: &mut Model, key: TileKey, triangle: Triangle, shared: &mut Shared) {
+    fn add_triangle(&self, model: &mut Meshes, key: TileKey, triangle: Triangle, shared: &mut Shared) {
         let values =
             |mask: &[f32], other: f32| triangle.map(|cell| mask.get(self.index(cell)).copied().unwrap_or(other));
         let (land, park) = (values(&self.land, 1.0), values(&self.park, -1.0));
@@ -458,10 +458,9 @@ mod tests {
     fn a_flat_site_is_two_triangles_a_tile() {
         let mut city = small_city();
         std::sync::Arc::make_mut(&mut city.site).maps.clear();
-        let mut model = Model::default();
+        let mut model = Meshes::default();
         Terrain::of(&city).add_to(&mut model);
-        let triangles: usize =
-            model.tiles.values().flat_map(|tile| tile.values()).map(|mesh| mesh.triangles().count()).sum();
+        let triangles: usize = model.0.values().map(|mesh| mesh.triangles().count()).sum();
         let shown = city.site.bounds.size();
         assert!(shown.x < TILE_M && shown.y < TILE_M, "{shown}");
         // Both halves are cut to the site: a quadrilateral or two each.
@@ -471,14 +470,13 @@ mod tests {
     #[test]
     fn the_terrain_covers_the_site_once() {
         let city = hilly_city();
-        let mut model = Model::default();
+        let mut model = Meshes::default();
         Terrain::of(&city).add_to(&mut model);
         let plan = |[a, b, c]: [[f32; 3]; 3]| {
             let flat = |p: [f32; 3]| Vec2::new(f64::from(p[0]), -f64::from(p[2]));
             (flat(b) - flat(a)).perp_dot(flat(c) - flat(a)) / 2.0
         };
-        let areas: Vec<f64> =
-            model.tiles.values().flat_map(|tile| tile.values()).flat_map(|m| m.triangles().map(plan)).collect();
+        let areas: Vec<f64> = model.0.values().flat_map(|m| m.triangles().map(plan)).collect();
         assert!(areas.iter().all(|&area| area > -1e-3));
         let size = city.site.bounds.size();
         assert!((areas.iter().sum::<f64>() / (size.x * size.y) - 1.0).abs() < 1e-4);

@@ -8,7 +8,7 @@ fn to_bytes(model: &Model) -> Result<Vec<u8>, GlbError> {
 
 #[test]
 fn the_file_reads_back_with_what_went_in() {
-    let model = model(&hilly_city());
+    let model = model(&hilly_city(), &Cache::none());
     let bytes = to_bytes(&model).unwrap();
     let (document, buffers, _) = gltf::import_slice(&bytes).unwrap();
     let scene = document.default_scene().unwrap();
@@ -33,7 +33,7 @@ fn the_file_reads_back_with_what_went_in() {
 #[test]
 fn every_mesh_is_sound() {
     for city in [small_city(), hilly_city()] {
-        for mesh in model(&city).tiles.values().flat_map(|tile| tile.values()) {
+        for mesh in model(&city, &Cache::none()).tiles.values().flat_map(|tile| tile.values()) {
             assert_eq!(mesh.positions.len(), mesh.normals.len());
             assert!(mesh.indices.iter().all(|&i| (i as usize) < mesh.positions.len()));
             assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()));
@@ -45,7 +45,7 @@ fn every_mesh_is_sound() {
 
 #[test]
 fn the_bytes_are_the_same_every_time() {
-    let bytes = || to_bytes(&model(&small_city())).unwrap();
+    let bytes = || to_bytes(&model(&small_city(), &Cache::none())).unwrap();
     assert_eq!(bytes(), bytes());
 }
 
@@ -54,7 +54,7 @@ fn streets_lie_on_the_terrain_as_it_is_drawn() {
     let mut city = hilly_city();
     city.runs.retain(|run| run.level == 0);
     let terrain = terrain::Terrain::of(&city);
-    let model = model(&city);
+    let model = model(&city, &Cache::none());
     let mut seen = 0;
     for (key, tile) in &model.tiles {
         for (_, mesh) in
@@ -77,7 +77,7 @@ fn streets_lie_on_the_terrain_as_it_is_drawn() {
 #[test]
 fn buildings_stand_in_the_ground() {
     let city = hilly_city();
-    let model = model(&city);
+    let model = model(&city, &Cache::none());
     let heights = |surface: Surface| {
         let meshes = model.tiles.values().filter_map(move |tile| tile.get(&(Group::Buildings, surface)));
         meshes.flat_map(|mesh| mesh.positions.iter().map(|p| f64::from(p[1])))
@@ -86,4 +86,29 @@ fn buildings_stand_in_the_ground() {
     let highest = city.buildings.iter().map(|b| b.ground.1 + b.height).fold(f64::MIN, f64::max);
     assert!((heights(Surface::Wall).fold(f64::MAX, f64::min) - (lowest - terrain::ERROR_M)).abs() < 1e-3);
     assert!((heights(Surface::Roof).fold(f64::MIN, f64::max) - highest).abs() < 1e-3);
+}
+
+#[test]
+fn kept_meshes_are_those_that_would_be_made() {
+    let cache = Cache::in_memory();
+    let mut city = hilly_city();
+    city.digests = crate::Digests { site: Some(Id(1)), streets: Some(Id(2)) };
+    let before = model(&city, &cache);
+    assert_eq!(before, model(&city, &Cache::none()));
+    let shares = |model: &Model, group: Group| {
+        let all =
+            before.tiles.iter().flat_map(|(key, tile)| tile.iter().map(move |(surface, mesh)| (key, surface, mesh)));
+        let mut of_group = all.filter(|(_, surface, _)| surface.0 == group);
+        let shared = |(key, surface, mesh): (&TileKey, &(Group, Surface), &Arc<Mesh>)| {
+            model.tiles.get(key).and_then(|tile| tile.get(surface)).is_some_and(|other| Arc::ptr_eq(mesh, other))
+        };
+        of_group.all(shared)
+    };
+    city.buildings.pop();
+    let after = model(&city, &cache);
+    assert_eq!(after, model(&city, &Cache::none()));
+    assert!(shares(&after, Group::Terrain) && shares(&after, Group::Streets) && !shares(&after, Group::Buildings));
+    city.digests.streets = Some(Id(3));
+    city.runs.pop();
+    assert_eq!(model(&city, &cache), model(&city, &Cache::none()));
 }

@@ -1,7 +1,7 @@
 //! Which quarters a stage fills, and which land outside them.
 
 use super::Context;
-use crate::report::Report;
+use crate::report::StreetsReport;
 use geom::{Point, Seed, Vec2};
 use script::{StreetPlan, Within};
 use std::sync::Arc;
@@ -10,7 +10,12 @@ use streets::faces::{Face, Faces};
 use streets::growth::{Fields, rim_mask};
 
 /// The quarters that a plan fills, in their order: all, unless it chooses.
-pub(super) fn of<'a>(context: &Context, plan: &StreetPlan, quarters: &'a Faces, report: &mut Report) -> Vec<&'a Face> {
+pub(super) fn of<'a>(
+    context: &Context,
+    plan: &StreetPlan,
+    quarters: &'a Faces,
+    report: &mut StreetsReport,
+) -> Vec<&'a Face> {
     match &plan.within {
         Some(Within::QuartersAt(places)) => at(places, quarters, report),
         Some(Within::QuartersIn(names)) => inside(context, names, quarters, report),
@@ -19,7 +24,7 @@ pub(super) fn of<'a>(context: &Context, plan: &StreetPlan, quarters: &'a Faces, 
 }
 
 /// The quarters that contain one of some places.
-fn at<'a>(places: &[Vec2], quarters: &'a Faces, report: &mut Report) -> Vec<&'a Face> {
+fn at<'a>(places: &[Vec2], quarters: &'a Faces, report: &mut StreetsReport) -> Vec<&'a Face> {
     let polygons: Vec<_> = quarters.faces.iter().map(Face::polygon).collect();
     let mut is_chosen = vec![false; polygons.len()];
     for &place in places {
@@ -33,7 +38,7 @@ fn at<'a>(places: &[Vec2], quarters: &'a Faces, report: &mut Report) -> Vec<&'a 
 }
 
 /// The quarters whose middle lies in one of some districts.
-fn inside<'a>(context: &Context, names: &[String], quarters: &'a Faces, report: &mut Report) -> Vec<&'a Face> {
+fn inside<'a>(context: &Context, names: &[String], quarters: &'a Faces, report: &mut StreetsReport) -> Vec<&'a Face> {
     let district = |face: &Face| context.district(super::super::land::inner_place(&face.polygon()));
     let districts: Vec<String> = quarters.faces.iter().map(district).collect();
     for name in names.iter().filter(|name| !districts.contains(name)) {
@@ -50,7 +55,7 @@ pub(super) fn outside(
     graph: &StreetGraph,
     plan: &StreetPlan,
     fields: &Arc<Fields>,
-    report: &mut Report,
+    report: &mut StreetsReport,
 ) -> Option<Arc<Fields>> {
     if plan.within.as_ref().is_some_and(Within::chooses_quarters) {
         return None;

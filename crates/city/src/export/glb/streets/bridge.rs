@@ -2,7 +2,7 @@
 //! Where the ground rises above a bridge, the bridge rises with it.
 
 use super::super::terrain::Terrain;
-use super::super::{Corner, Group, Model, STREET_LIFT_M, Surface};
+use super::super::{Corner, Group, Meshes, STREET_LIFT_M, Surface};
 use super::Ribbon;
 use crate::City;
 use geom::{Mesh, Vec2, Vec3};
@@ -21,7 +21,7 @@ const STEP_M: f64 = 8.0;
 const DECK_M: f64 = 0.9;
 
 /// Adds a run that is not on the ground.
-pub fn add(model: &mut Model, city: &City, terrain: &Terrain, run: &Run, ribbon: &Ribbon) {
+pub fn add(model: &mut Meshes, city: &City, terrain: &Terrain, run: &Run, ribbon: &Ribbon) {
     let profile = Profile::of(city, terrain, run, ribbon);
     let fine = profile.stepped(ribbon);
     for (from, to, surface) in ribbon.strips() {

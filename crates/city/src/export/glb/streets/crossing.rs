@@ -1,7 +1,7 @@
 //! Where ribbons end, and what lies between their ends.
 
 use super::super::terrain::Terrain;
-use super::super::{CROSSING_LIFT_M, Group, Model, STREET_LIFT_M, Surface, TileKey};
+use super::super::{CROSSING_LIFT_M, Group, Meshes, STREET_LIFT_M, Surface, TileKey};
 use super::{CARRIAGEWAY, lay, surface_of};
 use crate::City;
 use geom::predicates::by_angle;
@@ -131,7 +131,7 @@ fn corner(arm: &Arm, next: &Arm) -> Option<[f64; 2]> {
 }
 
 /// Adds a cover over every crossing.
-pub fn add_covers(model: &mut Model, city: &City, terrain: &Terrain, trims: &Trims) {
+pub fn add_covers(model: &mut Meshes, city: &City, terrain: &Terrain, trims: &Trims) {
     for crossing in &trims.crossings {
         let Some(leading) = crossing.arms.iter().map(|arm| arm.class).min() else { continue };
         // Above or below the ground decks simply meet.

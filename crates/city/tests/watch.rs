@@ -1,0 +1,199 @@
+//! `plat build --watch`, beside `plat build` of the same files.
+
+#[path = "common/command.rs"]
+mod common;
+
+use common::{place, plat, write};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+const CITY: &str = r#"
+city(#{
+    site: site(#{ size: [420, 380] }),
+    seed: 3,
+    given: [line([[20, 20], [400, 20], [400, 360], [20, 360], [20, 20]], #{ class: "major" })],
+    minors: streets(#{ pattern: rule("streets/lanes"), width: 12 }),
+    parcels: rule("parcels/recursive"),
+    buildings: rule("buildings/boxes"),
+});
+"#;
+
+const LANES: &str = "fn propose(tip, p) { tip.fork(60, 90); }\n";
+const BOXES: &str = "fn build(shape, p) { shape.extrude(9, #{ setback: 1 }) }\n";
+
+/// A command that watches, and what it tells, line by line.
+struct Watching {
+    child: Child,
+    lines: Receiver<String>,
+}
+
+impl Watching {
+    fn start(folder: &Path, more: &[&str]) -> Self {
+        let arguments = ["build", "town", "-o", "out", "--watch"];
+        let mut child = Command::new(env!("CARGO_BIN_EXE_plat"))
+            .current_dir(folder)
+            .env("XDG_CACHE_HOME", folder.join("user cache"))
+            .args(arguments)
+            .args(more)
+            .stderr(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("plat runs");
+        let (sender, lines) = channel();
+        let told = BufReader::new(child.stderr.take().expect("piped"));
+        std::thread::spawn(move || told.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
+        Self { child, lines }
+    }
+
+    /// What it tells up to a line with one of some words.
+    fn until(&self, words: &[&str]) -> Vec<String> {
+        let mut told: Vec<String> = Vec::new();
+        while !told.last().is_some_and(|line| words.iter().any(|word| line.contains(word))) {
+            let next = self.lines.recv_timeout(Duration::from_secs(60));
+            told.push(next.unwrap_or_else(|_| panic!("nothing more comes after {told:#?}")));
+        }
+        told
+    }
+
+    fn built(&self) -> Vec<String> {
+        self.until(&["built  in"])
+    }
+
+    /// Ends it as Ctrl-C does, and gives its status and standard output.
+    fn stop(mut self) -> (Option<i32>, String) {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill runs").success());
+        let status = self.child.wait().expect("it ends");
+        let mut told = String::new();
+        self.child.stdout.take().expect("piped").read_to_string(&mut told).expect("text");
+        (status.code(), told)
+    }
+}
+
+impl Drop for Watching {
+    fn drop(&mut self) {
+        // Gone already where it was stopped.
+        let _ = self.child.kill();
+    }
+}
+
+/// The files of a folder of results.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entry = |entry: std::io::Result<fs::DirEntry>| {
+        let path = entry.expect("an entry").path();
+        (path.file_name().expect("a name").to_string_lossy().into_owned(), fs::read(&path).expect("read"))
+    };
+    fs::read_dir(folder).expect("results").map(entry).collect()
+}
+
+fn fresh(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let output = plat(folder, &["build", "town", "-o", "fresh", "--quiet"]);
+    assert!(output.status.code().is_some_and(|code| code < 2), "{}", String::from_utf8_lossy(&output.stderr));
+    files(&folder.join("fresh"))
+}
+
+fn town() -> tempfile::TempDir {
+    place(&[("town/city.rhai", CITY), ("town/streets/lanes.rhai", LANES), ("town/buildings/boxes.rhai", BOXES)])
+}
+
+#[test]
+#[cfg(unix)]
+fn files_follow_what_is_saved_and_stay_while_something_is_broken() {
+    let folder = town();
+    let save = |name: &str, text: &str| write(folder.path(), &format!("town/{name}"), text);
+    let watching = Watching::start(folder.path(), &[]);
+    watching.built();
+    let first = files(&folder.path().join("out"));
+    assert_eq!(first, fresh(folder.path()));
+
+    save("buildings/boxes.rhai", &BOXES.replace('9', "15"));
+    let told = watching.built().join("\n");
+    assert!(told.contains("changed  boxes.rhai") && told.contains("buildings"), "{told}");
+    assert!(!told.contains("minors") && !told.contains("parcels"), "streets and parcels are not made again: {told}");
+    let second = files(&folder.path().join("out"));
+    assert!(second != first && second == fresh(folder.path()));
+
+    // It does not parse.
+    save("buildings/boxes.rhai", "fn build(shape, p) { shape.extrude(9 }\n");
+    let told = watching.until(&["nothing was written"]).join("\n");
+    assert!(told.contains("boxes.rhai:1:"), "{told}");
+    assert_eq!(files(&folder.path().join("out")), second);
+    // It fails when it is asked.
+    save("buildings/boxes.rhai", "fn build(shape, p) { throw \"no houses\" }\n");
+    let told = watching.until(&["nothing was written"]).join("\n");
+    assert!(told.contains("no houses"), "{told}");
+    assert_eq!(files(&folder.path().join("out")), second);
+    // As it is written.
+    save("buildings/boxes.rhai", &BOXES.replace('9', "15"));
+    watching.until(&["same  as what is written"]);
+    save("city.rhai", "city(#{ site: 5 });");
+    watching.until(&["nothing was written"]);
+    save("city.rhai", &CITY.replace("seed: 3", "seed: 4"));
+    watching.built();
+    let third = files(&folder.path().join("out"));
+    assert!(third != second && third == fresh(folder.path()));
+    // Files that say nothing about the city, results among them, are no reason to build.
+    save("buildings/boxes.test.rhai", "fn test_nothing() {}\n");
+    watching.until(&["same  as what is written"]);
+    assert_eq!(watching.stop(), (Some(0), String::new()));
+}
+
+#[test]
+#[cfg(unix)]
+fn the_newest_of_many_saves_wins_and_another_program_goes_on_with_the_cache() {
+    let folder = town();
+    let save = |text: &str| write(folder.path(), "town/streets/lanes.rhai", text);
+    let watching = Watching::start(folder.path(), &["--cache", "kept", "--json"]);
+    for round in 0..40 {
+        save(&LANES.replace("60", &format!("{}", 55 + round % 11)));
+        std::thread::sleep(Duration::from_millis(15 * (round % 4)));
+    }
+    save(&LANES.replace("60", "50"));
+    let wanted = fresh(folder.path());
+    let is_there = || fs::read_dir(folder.path().join("out")).is_ok() && files(&folder.path().join("out")) == wanted;
+    for _ in 0..600 {
+        if is_there() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    assert!(is_there(), "the files are not those of the last save");
+    let (status, told) = watching.stop();
+    assert_eq!(status, Some(0));
+    for line in told.lines() {
+        let value: serde_json::Value = serde_json::from_str(line).expect("a line is a JSON object");
+        // A file may be read while it is half saved, and is read again once it is whole.
+        let is_built = value["report"]["counts"]["buildings"].as_u64().is_some_and(|count| count > 0);
+        assert!(
+            is_built || value["error"]["message"].as_str().is_some_and(|told| told.contains("lanes.rhai")),
+            "{line}"
+        );
+    }
+    // Streets, parcels and buildings come from the cache.
+    let output = plat(folder.path(), &["build", "town", "-o", "again", "--cache", "kept"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(told.contains("export") && !told.contains("minors") && !told.contains("buildings  "), "{told}");
+    assert_eq!(files(&folder.path().join("again")), wanted);
+}
+
+#[test]
+#[cfg(unix)]
+fn what_no_save_mends_ends_the_watch() {
+    let folder = town();
+    for (arguments, words) in [
+        (&["build", "nowhere", "--watch"][..], "there is no such city"),
+        (&["build", "town", "--watch", "--set", "minors.pattern.nothing=1"], "there is no parameter `nothing`"),
+        (&["build", "town", "--watch", "--trace", "00"], "cannot be used with"),
+        (&["build", "town", "--watch", "--cache", "town/city.rhai", "--quiet"], "--cache"),
+    ] {
+        let output = plat(folder.path(), arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code().is_some_and(|code| code >= 2) && told.contains(words), "{arguments:?}: {told}");
+        assert!(!folder.path().join("out").exists());
+    }
+}
