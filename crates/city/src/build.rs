@@ -149,8 +149,11 @@ fn run_stages(
         blocks: land.blocks,
         parcels: land.parcels,
         buildings: buildings.all,
-        digests: keys
-            .map_or_else(Digests::default, |keys| Digests { site: Some(keys.site), streets: Some(keys.streets) }),
+        digests: keys.map_or_else(Digests::default, |keys| Digests {
+            site: Some(keys.site),
+            streets: Some(keys.streets),
+            land: Some(keys.land).filter(|_| settings.until > Until::Streets),
+        }),
     };
     report.finish(&city, &faults, land.trimmed, land.open);
     report.printed(&sources.plan, &printed);

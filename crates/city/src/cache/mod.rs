@@ -143,6 +143,8 @@ pub struct Digests {
     pub site: Option<Id>,
     /// Of all that the streets were made from.
     pub streets: Option<Id>,
+    /// Of all that blocks and parcels were made from.
+    pub land: Option<Id>,
 }
 
 /// A value as bytes, to be hashed or stored; nothing where it has no such form.

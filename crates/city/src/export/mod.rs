@@ -55,7 +55,7 @@ impl Format {
         match self {
             Self::Layout => geojson::write_layout(city, out)?,
             Self::Svg => map::write_svg(city, &options, out)?,
-            Self::Png => out.write_all(&map::png(city, &options)?)?,
+            Self::Png => out.write_all(&map::png(city, &options, cache)?)?,
             Self::Glb => glb::write(&glb::model(city, cache), out)?,
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::map::{self, MapError};
 use super::{MapOptions, with_credits};
-use crate::{City, Trace};
+use crate::{Cache, City, Trace};
 use streets::runs::runs;
 
 /// The name of a step's map without its ending.
@@ -28,7 +28,7 @@ pub fn step_maps(
     let mut svg = Vec::new();
     // Writing to memory does not fail.
     let _ = map::write_svg(&then, &options, &mut svg);
-    let png = map::png(&then, &options)?;
+    let png = map::png(&then, &options, &Cache::none())?;
     Ok(vec![(step_name(step) + ".svg", svg), (step_name(step) + ".png", png)])
 }
 

@@ -1,6 +1,7 @@
 //! Pictures of presets: what each makes of a small standard site.
 
 use super::laboratory::CityLaboratory;
+use crate::Cache;
 use crate::export::map::{MapError, MapOptions, png};
 use script::Preset;
 use std::path::PathBuf;
@@ -28,5 +29,5 @@ pub fn picture(preset: &Preset) -> Result<Vec<u8>, PictureError> {
     let built = laboratory.city(preset.shown()).map_err(|error| PictureError::Town(error.message))?;
     let bounds = built.city.site.bounds;
     let options = MapOptions { longest_side: PIXELS, extent: Some(bounds), is_bare: true, ..MapOptions::default() };
-    Ok(png(&built.city, &options)?)
+    Ok(png(&built.city, &options, &Cache::none())?)
 }

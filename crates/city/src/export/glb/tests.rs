@@ -92,7 +92,7 @@ fn buildings_stand_in_the_ground() {
 fn kept_meshes_are_those_that_would_be_made() {
     let cache = Cache::in_memory();
     let mut city = hilly_city();
-    city.digests = crate::Digests { site: Some(Id(1)), streets: Some(Id(2)) };
+    city.digests = crate::Digests { site: Some(Id(1)), streets: Some(Id(2)), land: None };
     let before = model(&city, &cache);
     assert_eq!(before, model(&city, &Cache::none()));
     let shares = |model: &Model, group: Group| {

@@ -27,11 +27,22 @@ const HEIGHT_STEPS: [f64; 7] = [5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
 /// Parcels narrower than this many pixels are shown without borders.
 const LEAST_PARCEL: f32 = 3.0;
 
-/// Draws all of the ground.
-pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
+/// Draws the ground with its parcels.
+pub fn draw_ground(city: &City, view: &View, page: &mut dyn Canvas) {
     draw_land(city, view, page);
     page.part("parcels");
     draw_parcels(city, view, page);
+}
+
+/// Draws the ground below coloured streets: without parcels and buildings, which would compete with the colours.
+pub fn draw_bare_ground(city: &City, view: &View, page: &mut dyn Canvas) {
+    draw_land(city, view, page);
+    // No parcels tell which blocks are parks.
+    draw_parks(city, view, page);
+}
+
+/// Draws what stands and runs on the ground.
+pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
     page.part("buildings");
     draw_buildings(city, view, page);
     page.part("streets");
@@ -44,18 +55,15 @@ pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
 /// What lies below everything built.
 fn draw_land(city: &City, view: &View, page: &mut dyn Canvas) {
     page.part("ground");
-    draw_ground(city, view, page);
+    draw_shores(city, view, page);
     page.part("heights");
     draw_heights(city, view, page);
     page.part("blocks");
     page.fill(&areas(view, city.blocks.iter().map(|block| &block.polygon)), style::BLOCK);
 }
 
-/// Draws the ground with coloured streets: without parcels and buildings, which would compete with the colours.
+/// Draws coloured streets.
 pub fn draw_coloured(city: &City, view: &View, colouring: &Colouring, page: &mut dyn Canvas) {
-    draw_land(city, view, page);
-    // No parcels tell which blocks are parks.
-    draw_parks(city, view, page);
     page.part("streets");
     draw_colours(city, view, colouring, page);
     landmarks::draw(city, view, page);
@@ -90,7 +98,7 @@ fn draw_colours(city: &City, view: &View, colouring: &Colouring, page: &mut dyn 
     }
 }
 
-fn draw_ground(city: &City, view: &View, page: &mut dyn Canvas) {
+fn draw_shores(city: &City, view: &View, page: &mut dyn Canvas) {
     let (corner, size) = view.map();
     match city.site.map("land") {
         None => page.fill(&rectangle(corner, size), style::LAND),

@@ -14,11 +14,12 @@ mod style;
 mod svg;
 mod view;
 
-use crate::City;
+use crate::{Cache, City};
 use canvas::Canvas;
 use colouring::Colouring;
-use geom::{Bounds, Vec2};
+use geom::{Bounds, Digest, Id, Vec2};
 use std::io::{self, Write};
+use std::sync::Arc;
 use view::View;
 
 /// What a map may be told.
@@ -91,19 +92,32 @@ pub enum MapError {
 pub fn write_svg(city: &City, options: &MapOptions, out: impl Write) -> io::Result<()> {
     let (view, colouring) = prepared(city, options);
     let mut page = svg::Svg::new(out, view.width(), view.height(), &title(city, options));
-    draw(city, options, &view, colouring.as_ref(), &mut page);
+    draw_ground(city, &view, colouring.as_ref(), &mut page);
+    draw_rest(city, options, &view, colouring.as_ref(), &mut page);
     page.finish()
 }
 
-/// The map as a PNG file.
+/// The map as a PNG file. What lies below the buildings is kept in a cache, where it is known what it was made from.
 ///
 /// # Errors
 /// See [`MapError`].
-pub fn png(city: &City, options: &MapOptions) -> Result<Vec<u8>, MapError> {
+pub fn png(city: &City, options: &MapOptions, cache: &Cache) -> Result<Vec<u8>, MapError> {
     let (view, colouring) = prepared(city, options);
-    let mut page = pixels::Pixels::new(view.width(), view.height())?;
-    draw(city, options, &view, colouring.as_ref(), &mut page);
+    let ground = cache.part(ground_key(city, &view, colouring.as_ref()), || {
+        let mut page = pixels::Pixels::new(view.width(), view.height())?;
+        draw_ground(city, &view, colouring.as_ref(), &mut page);
+        Ok(page)
+    });
+    let mut page = Arc::unwrap_or_clone(ground)?;
+    draw_rest(city, options, &view, colouring.as_ref(), &mut page);
     page.finish()
+}
+
+/// What the ground of a map is kept by.
+fn ground_key(city: &City, view: &View, colouring: Option<&Colouring>) -> Option<Id> {
+    let mut digest = Digest::new("ground of a map");
+    digest.id(city.digests.land?).value(&(view, colouring.is_some()));
+    Some(digest.finish())
 }
 
 /// The title asked for, or the city's name, which is that of a folder, as words.
@@ -124,7 +138,15 @@ fn prepared(city: &City, options: &MapOptions) -> (View, Option<Colouring>) {
     (if rows > 1 { View::of(city, options, rows) } else { view }, colouring)
 }
 
-fn draw(city: &City, options: &MapOptions, view: &View, colouring: Option<&Colouring>, page: &mut dyn Canvas) {
+fn draw_ground(city: &City, view: &View, colouring: Option<&Colouring>, page: &mut dyn Canvas) {
+    match colouring {
+        Some(_) => layers::draw_bare_ground(city, view, page),
+        None => layers::draw_ground(city, view, page),
+    }
+}
+
+/// What lies on the ground.
+fn draw_rest(city: &City, options: &MapOptions, view: &View, colouring: Option<&Colouring>, page: &mut dyn Canvas) {
     match colouring {
         Some(colouring) => layers::draw_coloured(city, view, colouring, page),
         None => layers::draw(city, view, page),
@@ -182,14 +204,29 @@ mod tests {
     fn maps_are_the_same_every_time() {
         let options = MapOptions { longest_side: 400, ..MapOptions::default() };
         assert_eq!(svg_of(&small_city(), &options), svg_of(&small_city(), &options));
-        assert_eq!(png(&small_city(), &options), png(&small_city(), &options));
+        assert_eq!(png(&small_city(), &options, &Cache::none()), png(&small_city(), &options, &Cache::none()));
+    }
+
+    #[test]
+    fn kept_ground_is_that_which_would_be_drawn() {
+        let (cache, none) = (Cache::in_memory(), Cache::none());
+        let mut city = small_city();
+        city.digests.land = Some(Id(1));
+        let options = MapOptions { longest_side: 400, ..MapOptions::default() };
+        let by_class = MapOptions { colour_by: Some(ColourBy::Class), ..options.clone() };
+        let larger = MapOptions { longest_side: 500, ..options.clone() };
+        for options in [&options, &by_class, &larger, &options] {
+            assert!(png(&city, options, &cache) == png(&city, options, &none));
+        }
+        city.buildings.pop();
+        assert!(png(&city, &options, &cache) == png(&city, &options, &none));
     }
 
     #[test]
     fn pixels_show_what_the_svg_shows() {
         let city = small_city();
         let options = MapOptions { longest_side: 600, ..MapOptions::default() };
-        let ours = resvg::tiny_skia::Pixmap::decode_png(&png(&city, &options).unwrap()).unwrap();
+        let ours = resvg::tiny_skia::Pixmap::decode_png(&png(&city, &options, &Cache::none()).unwrap()).unwrap();
         let reader = resvg::usvg::Options { fontdb: pixels::fonts(), ..Default::default() };
         let tree = resvg::usvg::Tree::from_str(&svg_of(&city, &options), &reader).unwrap();
         let mut theirs = resvg::tiny_skia::Pixmap::new(ours.width(), ours.height()).unwrap();
@@ -206,6 +243,8 @@ mod tests {
         city.runs.clear();
         city.graph = streets::StreetGraph::new(streets::Classes::default());
         (city.blocks, city.parcels, city.buildings) = (Vec::new(), Vec::new(), Vec::new());
-        assert!(!png(&city, &MapOptions { longest_side: 300, ..MapOptions::default() }).unwrap().is_empty());
+        assert!(
+            !png(&city, &MapOptions { longest_side: 300, ..MapOptions::default() }, &Cache::none()).unwrap().is_empty()
+        );
     }
 }

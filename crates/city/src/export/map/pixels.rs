@@ -15,6 +15,7 @@ use std::sync::{Arc, OnceLock};
 const BATCH: usize = 2_000;
 
 /// A page being painted.
+#[derive(Clone, Debug)]
 pub struct Pixels {
     page: Pixmap,
     /// Words, written in the end, over everything.
