@@ -230,7 +230,7 @@ fn everything(built: &Built, cache: &Cache) -> BTreeMap<String, Vec<u8>> {
 }
 
 fn build(folder: &Path, cache: &Cache) -> Result<Built, String> {
-    let sources = load(folder, None).and_then(|loaded| loaded.read()).map_err(|error| error.to_string())?;
+    let sources = load(folder, None).and_then(|loaded| loaded.read_with(cache)).map_err(|error| error.to_string())?;
     build_with(&sources, Settings::default(), cache, &Silent, &Cancel::default()).map_err(|error| error.to_string())
 }
 

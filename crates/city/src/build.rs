@@ -118,7 +118,7 @@ fn run_stages(
     cancel: &Cancel,
 ) -> Result<Built, BuildError> {
     let faults = Arc::new(Faults::default());
-    let keys = (cache.is_on() && !settings.traces).then(|| Keys::of(sources));
+    let keys = (cache.is_on() && !settings.traces).then(|| Keys::of(sources, cache));
     let context = stages::Context { sources, faults: &faults, progress, cancel, traces: settings.traces, cache, keys };
     let mut report = Report::new(sources);
     let printed = sources.plan.notes();

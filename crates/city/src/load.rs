@@ -1,6 +1,5 @@
 //! From a folder on disk to a plan and its sources.
 
-use crate::Site;
 use crate::check::rule_folder;
 use crate::sources::{
     self, DistrictMap, Frame, GeoJsonFrame, ImportedStreet, KNOWN_MAPS, MapOptions, SourceError, class_width, file_key,
@@ -8,6 +7,7 @@ use crate::sources::{
 };
 use crate::stages::keep::Keys;
 use crate::testing::is_tests;
+use crate::{Cache, Site};
 use geom::{Bounds, Digest, Id, Point, Raster, Vec2};
 use script::{
     DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, PresetTarget, RuleKind, SiteInfo, SiteRequest,
@@ -221,9 +221,17 @@ impl Loaded {
     /// # Errors
     /// [`LoadError::Source`] for the first file that is missing or wrong.
     pub fn read(&self) -> Result<Sources, LoadError> {
+        self.read_with(&Cache::none())
+    }
+
+    /// The same, taking maps whose files say the same as before from a cache.
+    ///
+    /// # Errors
+    /// [`LoadError::Source`] for the first file that is missing or wrong.
+    pub fn read_with(&self, cache: &Cache) -> Result<Sources, LoadError> {
         let plan = &self.plan;
         let from_maps = match (&plan.site.folder, plan.site.size) {
-            (Some(folder), _) => Some(self.site_of_maps(folder)?),
+            (Some(folder), _) => Some(self.site_of_maps(folder, cache)?),
             (None, Some(size)) => Some(self.drawn_site(size)?),
             (None, None) => None,
         };
@@ -320,7 +328,7 @@ impl Loaded {
         SourceError::kind(&self.folder, error.to_string(), "maps with streets need a UTM crs such as EPSG:32618".into())
     }
 
-    fn site_of_maps(&self, folder: &str) -> Result<Site, SourceError> {
+    fn site_of_maps(&self, folder: &str, cache: &Cache) -> Result<Site, SourceError> {
         let plan = &self.plan;
         let folder = self.folder.join(folder);
         let weights = plan.weight_maps();
@@ -353,7 +361,7 @@ impl Loaded {
                 options.insert(name, MapOptions { size_m: size.to_array(), scale, offset, mask: is_mask });
             }
         }
-        load_site_with(&folder, &names, &options, self.district_map(&folder).as_ref())
+        load_site_with(&folder, &names, &options, self.district_map(&folder).as_ref(), cache)
     }
 }
 
@@ -443,10 +451,10 @@ fn as_planned(mut street: ImportedStreet, import: &StreetImport) -> ImportedStre
 impl Sources {
     /// The digest of all that the city and what is said about it are made from. Rules count as they are, whether or not
     /// anything calls them.
-    pub fn digest(&self) -> Id {
+    pub fn digest(&self, cache: &Cache) -> Id {
         let Self { name, plan, site: _, imports: _, warnings, doubts } = self;
         let mut digest = Digest::new("sources");
-        digest.id(Keys::of(self).buildings).value(&(name, plan.seed, warnings, doubts, self.credits()));
+        digest.id(Keys::of(self, cache).buildings).value(&(name, plan.seed, warnings, doubts, self.credits()));
         digest.finish()
     }
 

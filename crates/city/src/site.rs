@@ -1,5 +1,6 @@
 //! The place a city stands on: its maps in one local frame.
 
+use crate::Cache;
 use geom::{Bounds, Digest, Id, Raster, Vec2};
 use script::Places;
 use std::collections::BTreeMap;
@@ -29,12 +30,12 @@ impl Site {
     }
 
     /// The digest of all of it, for caches.
-    pub(crate) fn digest(&self) -> Id {
+    pub(crate) fn digest(&self, cache: &Cache) -> Id {
         let Self { bounds, crs, origin, maps, districts } = self;
         let mut digest = Digest::new("site");
         digest.value(&(bounds, crs, origin, districts));
         for (name, map) in maps {
-            digest.text(name).raster(map);
+            digest.text(name).id(cache.digest_of(map));
         }
         digest.finish()
     }

@@ -186,8 +186,11 @@ fn the_newest_of_many_saves_wins_and_another_program_goes_on_with_the_cache() {
 fn what_no_save_mends_ends_the_watch() {
     let folder = town();
     for (arguments, words) in [
-        (&["build", "nowhere", "--watch"][..], "there is no such city"),
-        (&["build", "town", "--watch", "--set", "minors.pattern.nothing=1"], "there is no parameter `nothing`"),
+        (&["build", "nowhere", "--watch", "--no-cache"][..], "there is no such city"),
+        (
+            &["build", "town", "--watch", "--no-cache", "--set", "minors.pattern.nothing=1"],
+            "there is no parameter `nothing`",
+        ),
         (&["build", "town", "--watch", "--trace", "00"], "cannot be used with"),
         (&["build", "town", "--watch", "--cache", "town/city.rhai", "--quiet"], "--cache"),
     ] {

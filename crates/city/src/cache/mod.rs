@@ -5,7 +5,7 @@
 
 mod store;
 
-use geom::Id;
+use geom::{Digest, Id, Raster};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::any::Any;
@@ -28,6 +28,8 @@ pub struct Cache {
 #[derive(Debug, Default)]
 struct Kept {
     results: BTreeMap<Id, Entry>,
+    /// The digests of rasters, which are large; each is held, so that no other one comes to lie at its address.
+    rasters: Vec<(Arc<Raster>, Id)>,
     /// Builds finished so far.
     builds: u64,
 }
@@ -122,12 +124,25 @@ impl Cache {
         })
     }
 
+    /// The digest of a raster, found once.
+    pub(crate) fn digest_of(&self, raster: &Arc<Raster>) -> Id {
+        let find = || Digest::new("raster").raster(raster).finish();
+        let Some(mut kept) = self.lock() else { return find() };
+        if let Some((_, known)) = kept.rasters.iter().find(|(other, _)| Arc::ptr_eq(other, raster)) {
+            return *known;
+        }
+        let digest = find();
+        kept.rasters.push((raster.clone(), digest));
+        digest
+    }
+
     /// A build is finished: what the last ones did not use is forgotten.
     pub(crate) fn finish_build(&self) {
         if let Some(mut kept) = self.lock() {
             kept.builds += 1;
             let oldest = kept.builds.saturating_sub(KEPT_BUILDS);
             kept.results.retain(|_, entry| entry.used >= oldest);
+            kept.rasters.retain(|(raster, _)| Arc::strong_count(raster) > 1);
         }
     }
 

@@ -72,7 +72,7 @@ fn build_and_write(arguments: &BuildArguments, cache: &Cache, bars: &Bars) -> Re
     let cancel = stop_on_interrupt();
     let loaded = loaded(arguments)?;
     export::prepare(&arguments.out).map_err(|error| failed(&error))?;
-    let sources = sources(arguments, &loaded)?;
+    let sources = sources(arguments, &loaded, cache)?;
     let built = built(arguments, &sources, cache, bars, &cancel)?;
     let written = write(arguments, &built, cache, bars, &cancel)?;
     if let Some(id) = &arguments.trace {
@@ -104,8 +104,8 @@ fn loaded(arguments: &BuildArguments) -> Result<Loaded, Failure> {
 }
 
 /// The maps and streets that it names.
-fn sources(arguments: &BuildArguments, loaded: &Loaded) -> Result<Sources, Failure> {
-    let sources = loaded.read().map_err(|error| failed(&error))?;
+fn sources(arguments: &BuildArguments, loaded: &Loaded, cache: &Cache) -> Result<Sources, Failure> {
+    let sources = loaded.read_with(cache).map_err(|error| failed(&error))?;
     check_colours(arguments, &sources)?;
     warn_of_size(arguments, &sources);
     Ok(sources)

@@ -182,7 +182,20 @@ pub fn write_wanted(city: &City, wanted: &Wanted, folder: &Path, cancel: &Cancel
         produced.push((path, file));
     }
     stop(folder)?;
+    sync(&produced)?;
+    stop(folder)?;
     produced.into_iter().map(|(path, file)| put_in_place(file, &path).map(|()| path)).collect()
+}
+
+/// Brings files onto the disk, all at the same time: threads that compute need not wait for it.
+fn sync(files: &[(PathBuf, NamedTempFile)]) -> Result<(), ExportError> {
+    std::thread::scope(|scope| {
+        let sync = |(path, file): &(PathBuf, NamedTempFile)| file.as_file().sync_all().map_err(at(path));
+        let syncing: Vec<_> = files.iter().map(|file| scope.spawn(move || sync(file))).collect();
+        syncing
+            .into_iter()
+            .try_for_each(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
 }
 
 /// A writer that fails as soon as the build is cancelled: a large file takes long.
@@ -207,6 +220,7 @@ impl Write for Stoppable<'_> {
 /// When `write` fails or the file can't be put in its place.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), ExportError> {
     let file = produce(path, |out| write(out).map_err(Problem::Io))?;
+    file.as_file().sync_all().map_err(at(path))?;
     put_in_place(file, path)
 }
 
@@ -220,7 +234,7 @@ fn produce(
     let mut out = BufWriter::with_capacity(1 << 18, file);
     write(&mut out).map_err(at(path))?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error).map_err(at(path))?;
-    make_readable(&file).and_then(|()| file.as_file().sync_all()).map_err(at(path))?;
+    make_readable(&file).map_err(at(path))?;
     Ok(file)
 }
 

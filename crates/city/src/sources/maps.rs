@@ -4,8 +4,8 @@ use super::district_map::DistrictMap;
 use super::error::{SourceError, read_bytes};
 use super::sidecar::{CrsBounds, Placement, Sidecar, check_lattice};
 use super::suggest;
-use crate::Site;
-use geom::{Bounds, Point, Raster, Vec2};
+use crate::{Cache, Site};
+use geom::{Bounds, Digest, Point, Raster, Vec2};
 use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageError, RgbaImage, codecs::png::PngDecoder};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -40,10 +40,11 @@ pub struct MapOptions {
 /// # Errors
 /// [`SourceError`] for a missing folder or map, and for files that are no maps or do not fit together.
 pub fn load_site(folder: &Path, names: &[&str], options: &BTreeMap<String, MapOptions>) -> Result<Site, SourceError> {
-    load_site_with(folder, names, options, None)
+    load_site_with(folder, names, options, None, &Cache::none())
 }
 
-/// [`load_site`] with districts from one more map of the folder, a picture of colours.
+/// [`load_site`] with districts from one more map of the folder, a picture of colours. Maps whose files say the same as
+/// before are taken from a cache.
 ///
 /// # Errors
 /// See [`load_site`].
@@ -52,6 +53,7 @@ pub fn load_site_with(
     names: &[&str],
     options: &BTreeMap<String, MapOptions>,
     districts: Option<&DistrictMap>,
+    cache: &Cache,
 ) -> Result<Site, SourceError> {
     let present = map_names(folder)?;
     let mut extents: Vec<(PathBuf, Extent)> = Vec::new();
@@ -74,11 +76,11 @@ pub fn load_site_with(
             continue;
         }
         let path = folder.join(format!("{name}.png"));
-        let (raster, extent) = load(&path, options.get(name))?;
+        let (raster, extent) = load(&path, options.get(name), cache)?;
         for (other_path, other) in &extents {
             check_same_extent(other_path, other, &path, &extent)?;
         }
-        maps.insert(name.to_owned(), Arc::new(raster));
+        maps.insert(name.to_owned(), raster);
         extents.push((path, extent));
     }
     let Some((_, first)) = extents.first() else {
@@ -99,7 +101,7 @@ pub fn load_site_with(
 /// # Errors
 /// [`SourceError`] when either file is missing or wrong.
 pub fn load_map(path: &Path, options: Option<&MapOptions>) -> Result<Raster, SourceError> {
-    load(path, options).map(|(raster, _)| raster)
+    load(path, options, &Cache::none()).map(|(raster, _)| Arc::unwrap_or_clone(raster))
 }
 
 /// The names of all maps of a folder, sorted: the PNG files in it without their ending.
@@ -205,13 +207,23 @@ fn check_same_extent(a_path: &Path, a: &Extent, b_path: &Path, b: &Extent) -> Re
     })
 }
 
-fn load(path: &Path, options: Option<&MapOptions>) -> Result<(Raster, Extent), SourceError> {
+fn load(path: &Path, options: Option<&MapOptions>, cache: &Cache) -> Result<(Arc<Raster>, Extent), SourceError> {
     let (sidecar, blamed) = sidecar_at(path, options)?;
     sidecar.check_value(&blamed)?;
-    let picture = Picture::open(path)?;
-    let placement = sidecar.placement(&blamed, picture.width, picture.height)?;
-    let raster = picture.raster(path, &sidecar, &placement)?;
-    Ok((raster, Extent { size: placement.size, crs: sidecar.crs, in_crs: sidecar.bounds_crs_m }))
+    let bytes = read_bytes(path)?;
+    let key = Digest::new("map").bytes(&bytes).value(&sidecar).finish();
+    let kept = match cache.get::<(Arc<Raster>, Vec2)>(key) {
+        Some(kept) => kept,
+        None => {
+            let picture = Picture::decode(path, bytes)?;
+            let placement = sidecar.placement(&blamed, picture.width, picture.height)?;
+            let read = Arc::new((Arc::new(picture.raster(path, &sidecar, &placement)?), placement.size));
+            cache.keep(key, &read);
+            read
+        }
+    };
+    let (raster, size) = &*kept;
+    Ok((raster.clone(), Extent { size: *size, crs: sidecar.crs, in_crs: sidecar.bounds_crs_m }))
 }
 
 /// What is said about a picture, and which file says it.
@@ -249,8 +261,8 @@ pub(super) struct Picture {
 }
 
 /// The decoder of a PNG file of bearable size.
-fn decoder(path: &Path) -> Result<PngDecoder<Cursor<Vec<u8>>>, SourceError> {
-    let decoder = PngDecoder::new(Cursor::new(read_bytes(path)?)).map_err(|e| undecodable(path, &e))?;
+fn decoder(path: &Path, bytes: Vec<u8>) -> Result<PngDecoder<Cursor<Vec<u8>>>, SourceError> {
+    let decoder = PngDecoder::new(Cursor::new(bytes)).map_err(|e| undecodable(path, &e))?;
     let (width, height) = decoder.dimensions();
     if width > MAX_MAP_SIDE || height > MAX_MAP_SIDE {
         let message = format!("{width} × {height} pixels are more than {MAX_MAP_SIDE} × {MAX_MAP_SIDE}");
@@ -261,13 +273,18 @@ fn decoder(path: &Path) -> Result<PngDecoder<Cursor<Vec<u8>>>, SourceError> {
 
 /// The colours of a picture.
 pub(super) fn open_colours(path: &Path) -> Result<RgbaImage, SourceError> {
-    let decoder = decoder(path)?;
+    let decoder = decoder(path, read_bytes(path)?)?;
     DynamicImage::from_decoder(decoder).map(|picture| picture.into_rgba8()).map_err(|e| undecodable(path, &e))
 }
 
 impl Picture {
     pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let decoder = decoder(path)?;
+        Self::decode(path, read_bytes(path)?)
+    }
+
+    /// The picture in a file with these bytes.
+    fn decode(path: &Path, bytes: Vec<u8>) -> Result<Self, SourceError> {
+        let decoder = decoder(path, bytes)?;
         let (width, height) = decoder.dimensions();
         check_grayscale(path, decoder.color_type(), decoder.original_color_type())?;
         let pixels = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(path, &e))?;

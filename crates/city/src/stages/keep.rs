@@ -1,7 +1,7 @@
 //! What stages keep for later builds, and by which digests.
 
 use super::Context;
-use crate::{BuildError, Sources};
+use crate::{BuildError, Cache, Sources};
 use geom::{Digest, Id};
 use script::{Plan, PlanDigests, heard};
 use serde::Serialize;
@@ -28,10 +28,10 @@ pub(crate) struct Keys {
 
 impl Keys {
     /// Those of what was read.
-    pub fn of(sources: &Sources) -> Self {
+    pub fn of(sources: &Sources, cache: &Cache) -> Self {
         let plan = sources.plan.digests();
         let after = |stage: &str, before: Id, own: Id| Digest::new(stage).id(before).id(own).finish();
-        let site = sources.site.digest();
+        let site = sources.site.digest(cache);
         let imported = Digest::new("imports").value(&sources.imports).finish();
         let arterials = after("arterials", after("imports", site, imported), plan.arterials);
         let streets = after("streets", arterials, plan.minors);

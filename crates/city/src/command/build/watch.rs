@@ -149,8 +149,8 @@ impl Session<'_> {
         let arguments = self.arguments;
         let prepared = export::prepare(&arguments.out);
         prepared.map_err(|error| Failure::new(Status::Failed, error.to_string()))?;
-        let sources = sources(arguments, loaded)?;
-        let digest = sources.digest();
+        let sources = sources(arguments, loaded, &self.cache)?;
+        let digest = sources.digest(&self.cache);
         if self.last == Some(digest) {
             self.say("      same  as what is written");
             return Ok(());

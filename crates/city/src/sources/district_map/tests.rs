@@ -1,3 +1,4 @@
+use crate::Cache;
 use crate::Site;
 use crate::sources::{DistrictMap, Legend, MapOptions, SourceError, load_site_with};
 use geom::Vec2;
@@ -26,7 +27,7 @@ fn legend(named: &[(&str, [u8; 3])]) -> Legend {
 
 fn read(folder: &TempDir, legend: Legend) -> Result<Site, SourceError> {
     let map = DistrictMap { map: "districts".into(), legend };
-    load_site_with(folder.path(), &[], &BTreeMap::<String, MapOptions>::new(), Some(&map))
+    load_site_with(folder.path(), &[], &BTreeMap::<String, MapOptions>::new(), Some(&map), &Cache::none())
 }
 
 fn message(result: Result<Site, SourceError>) -> String {
@@ -98,7 +99,7 @@ fn districts_cover_the_same_ground_as_other_maps() {
 fn files_that_are_none_are_told() {
     let folder = folder(2, &[RED, RED], PLAIN);
     let map = DistrictMap { map: "distrikts".into(), legend: Legend::new() };
-    let error = message(load_site_with(folder.path(), &[], &BTreeMap::new(), Some(&map)));
+    let error = message(load_site_with(folder.path(), &[], &BTreeMap::new(), Some(&map), &Cache::none()));
     assert!(error.contains("no map `distrikts`") && error.contains("did you mean `districts`?"), "{error}");
     fs::write(folder.path().join("districts.png"), "no picture").unwrap();
     assert!(message(read(&folder, legend(&[("a", RED)]))).contains("is not a readable PNG"));
