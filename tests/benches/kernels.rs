@@ -8,6 +8,8 @@
 mod growth;
 #[path = "kernels/land.rs"]
 mod land;
+#[path = "kernels/watch.rs"]
+mod watch;
 
 use geom::point::units;
 use geom::{Angle, Id, Point, Seed, Vec2};
@@ -49,6 +51,7 @@ fn main() {
         let count = divided.map(|division| division.parcels.len()).sum();
         (count, started.elapsed().as_secs_f64())
     });
+    watch::tables();
 }
 
 /// Whether a table was asked for: all are when none is named.

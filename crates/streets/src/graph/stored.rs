@@ -82,3 +82,70 @@ impl Stored<'_> {
         if is_whole { Ok(()) } else { Err("the graph is not whole") }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::graph::{CheckLevel, Claim, Crowding, NewSegment};
+    use crate::{Classes, NodeId, StreetGraph, StreetId};
+    use geom::{Id, Point};
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+
+    type Line = ((i32, i32), (i32, i32));
+
+    fn lines() -> impl Strategy<Value = Vec<Line>> {
+        let place = || (0..600_000, 0..600_000);
+        vec((place(), place()), 1..30)
+    }
+
+    fn lay(graph: &mut StreetGraph, lines: &[Line], first: u64) {
+        for (i, &((ax, ay), (bx, by))) in lines.iter().enumerate() {
+            let id = Id::root("line", &[]).child(first + i as u64);
+            let claim =
+                Claim { street: StreetId(id), class: Classes::MINOR, half_width: 4000, origin: 0, forward: true };
+            let (from, to) = (Point::new(ax, ay), Point::new(bx, by));
+            let (from_id, to_id) = (NodeId(id.child(0)), NodeId(id.child(1)));
+            let _ = graph.insert(&NewSegment { from, to, from_id, to_id, claim, level: 0 }, Crowding::Join);
+        }
+    }
+
+    /// All of a graph, keys included.
+    fn arenas(graph: &StreetGraph) -> String {
+        format!("{:?} {:?} {:?} {:?}", graph.nodes, graph.node_streets, graph.segments, graph.free_segments)
+    }
+
+    proptest! {
+        #[test]
+        fn one_read_back_goes_on_as_the_one_that_was_written(before in lines(), after in lines(), gone in vec(0usize..30, 0..8)) {
+            let mut graph = StreetGraph::new(Classes::default());
+            lay(&mut graph, &before, 0);
+            for street in gone.iter().filter_map(|&i| graph.streets().get(i).copied()).collect::<Vec<_>>() {
+                graph.remove_street(street);
+            }
+            let bytes = postcard::to_stdvec(&graph).expect("bytes");
+            let mut other: StreetGraph = postcard::from_bytes(&bytes).expect("a graph");
+            prop_assert_eq!(arenas(&graph), arenas(&other));
+            prop_assert_eq!(other.check(CheckLevel::Sweep), Vec::new());
+            for graph in [&mut graph, &mut other] {
+                lay(graph, &after, 1000);
+                for street in graph.streets().into_iter().step_by(3).collect::<Vec<_>>() {
+                    graph.remove_street(street);
+                }
+            }
+            prop_assert_eq!(arenas(&graph), arenas(&other));
+        }
+
+        #[test]
+        fn bytes_that_are_no_graph_are_refused(before in lines(), at in any::<prop::sample::Index>(), byte: u8) {
+            let mut graph = StreetGraph::new(Classes::default());
+            lay(&mut graph, &before, 0);
+            let mut bytes = postcard::to_stdvec(&graph).expect("bytes");
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+            // Whatever comes out can be asked.
+            if let Ok(graph) = postcard::from_bytes::<StreetGraph>(&bytes) {
+                let _ = (graph.segments_by_id(), graph.streets(), graph.digest());
+            }
+        }
+    }
+}
