@@ -236,7 +236,7 @@ fn build(folder: &Path, cache: &Cache) -> Result<Built, String> {
 
 #[test]
 fn a_build_with_a_cache_is_as_one_without_after_any_edit() {
-    let edits = std::env::var("PLAT_EDITS").ok().and_then(|edits| edits.parse().ok()).unwrap_or(24);
+    let edits = std::env::var("PLAT_EDITS").ok().and_then(|edits| edits.parse().ok()).unwrap_or(16);
     let mut place = std::env::var("PLAT_EDITS_OF").map_or_else(|_| Place::town(), |name| Place::copy_of(&name));
     let kept = tempfile::tempdir().expect("a temporary folder");
     let open = || Cache::on_disk(kept.path(), 200 << 20).expect("a cache");
@@ -275,4 +275,31 @@ fn a_build_with_a_cache_is_as_one_without_after_any_edit() {
     }
     assert!(cities.len() * 4 > edits, "the edits changed something: {} cities", cities.len());
     assert_eq!(cache.problems(), Vec::<String>::new());
+}
+
+#[test]
+fn rules_in_vain_are_warned_of_each_time() {
+    for (name, text) in [
+        ("streets/lanes.rhai", "fn propose(tip, p) { let _x = tip.x; }\n"),
+        ("constraints/shy.rhai", "fn constrain(segment, p) { segment.refuse(\"never\"); }\n"),
+    ] {
+        let place = Place::town();
+        let city = TOWN
+            .replace("#{ west: rule(\"streets/lanes\", #{ length: 70 }) }", "#{ west: rule(\"streets/lanes\") }")
+            .replace("constraints: [rule(\"constraints/standard\", #{ snap: 30 }), rule(\"constraints/shy\")],", "")
+            .replace(
+                "least_dead_end: 20,",
+                "constraints: [rule(\"constraints/standard\"), rule(\"constraints/shy\")],",
+            );
+        place.write(Path::new("city.rhai"), &city);
+        place.write(Path::new(name), text);
+        let cache = Cache::in_memory();
+        for least in [200, 210, 220] {
+            place.write(Path::new("parcels/lots.rhai"), &LOTS.replace("260", &least.to_string()));
+            let faults = |cache: &Cache| build(place.folder.path(), cache).expect("built").report.faults;
+            let (kept, fresh) = (faults(&cache), faults(&Cache::none()));
+            assert!(fresh.iter().any(|fault| fault.file.ends_with(name)), "{fresh:?}");
+            assert_eq!(format!("{kept:?}"), format!("{fresh:?}"), "{name}");
+        }
+    }
 }

@@ -94,9 +94,11 @@ pub fn build_with(
     progress: &dyn Progress,
     cancel: &Cancel,
 ) -> Result<Built, BuildError> {
-    let built = with_threads(settings.threads, || run_stages(sources, settings, cache, progress, cancel))??;
-    cache.finish_build();
-    Ok(built)
+    let built = with_threads(settings.threads, || run_stages(sources, settings, cache, progress, cancel))?;
+    if !cancel.is_cancelled() {
+        cache.finish_build();
+    }
+    built
 }
 
 /// Does some work on so many threads; on as many as there are processors when 0.

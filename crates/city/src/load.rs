@@ -213,7 +213,14 @@ impl Loaded {
         };
         let maps = plan.site.folder.as_ref().map(|folder| self.folder.join(folder));
         let imports = plan.imports.iter().filter_map(|import| of_file(&import.file));
-        std::iter::once(self.folder.clone()).chain(maps).chain(districts).chain(imports).collect()
+        let mut folders: Vec<PathBuf> =
+            std::iter::once(self.folder.clone()).chain(maps).chain(districts).chain(imports).collect();
+        // What is linked from there changes where it lies.
+        let kinds = RuleKind::folders().into_iter().map(|kind| self.folder.join(kind));
+        let linked: Vec<PathBuf> =
+            folders.iter().cloned().chain(kinds).flat_map(|folder| linked_from(&folder)).collect();
+        folders.extend(linked);
+        folders
     }
 
     /// Reads the maps and street files that the plan names.
@@ -397,6 +404,16 @@ fn site_of_streets(file: &sources::StreetFile) -> Site {
         maps: BTreeMap::new(),
         districts: Arc::default(),
     }
+}
+
+/// The folders in which files lie that a folder links to.
+fn linked_from(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let links = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_symlink()));
+    let targets = links.filter_map(|link| link.path().canonicalize().ok());
+    targets
+        .filter_map(|target| if target.is_dir() { Some(target) } else { target.parent().map(Path::to_path_buf) })
+        .collect()
 }
 
 fn import_file(import: &StreetImport, key: String, file: sources::StreetFile, bounds: Bounds) -> ImportFile {

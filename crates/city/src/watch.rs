@@ -1,6 +1,7 @@
 //! Hearing of changes to the files that a city is made from.
 
 use crate::Cancel;
+use crate::export::is_own;
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ pub struct WatchError {
 /// Hears of changes in folders, below them too.
 pub struct Watch {
     watcher: RecommendedWatcher,
-    folders: BTreeSet<PathBuf>,
+    watched: BTreeSet<PathBuf>,
     news: Receiver<News>,
     shared: Arc<Shared>,
 }
@@ -44,59 +45,69 @@ struct Shared {
     news: Mutex<Sender<News>>,
     /// The build under way, where it is to give way to changes.
     building: Mutex<Option<Cancel>>,
-    /// Folders in which nothing counts, such as that of the results.
-    ignored: Mutex<Vec<PathBuf>>,
+    /// The folders that count, whether or not they are there.
+    folders: Mutex<BTreeSet<PathBuf>>,
+    /// Folders of results, as they were named and as they are.
+    results: Vec<PathBuf>,
     given_way: Mutex<u32>,
 }
 
 impl Watch {
-    /// Hears of nothing yet. What changes below `ignored` folders does not count: that of the results, above all.
+    /// Hears of nothing yet. What changes in folders of `results` does not count; where such a folder holds what a city is made
+    /// from, only the files that exports write do not.
     ///
     /// # Errors
     /// When the system has no means for it.
-    pub fn new(ignored: &[PathBuf]) -> Result<Self, WatchError> {
+    pub fn new(results: &[PathBuf]) -> Result<Self, WatchError> {
         let (sender, news) = channel();
-        let ignored = ignored.iter().map(|path| absolute(path)).collect();
+        let lexical = results.iter().filter_map(|path| std::path::absolute(path).ok());
         let shared = Arc::new(Shared {
             news: Mutex::new(sender),
             building: Mutex::default(),
-            ignored: Mutex::new(ignored),
+            folders: Mutex::default(),
+            results: results.iter().map(|path| absolute(path)).chain(lexical).collect(),
             given_way: Mutex::default(),
         });
         let own = shared.clone();
         let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
-            // What cannot be told may have been anything.
             let paths = match event {
                 Ok(event) if matches!(event.kind, EventKind::Access(_)) => return,
                 Ok(event) => event.paths,
                 Err(error) => error.paths,
             };
+            // What cannot be told may have been anything.
+            if paths.is_empty() {
+                own.tell(PathBuf::from("…"));
+            }
             paths.into_iter().for_each(|path| own.changed(path));
         });
         let watcher = watcher.map_err(|cause| WatchError { path: PathBuf::new(), cause })?;
-        Ok(Self { watcher, folders: BTreeSet::new(), news, shared })
+        Ok(Self { watcher, watched: BTreeSet::new(), news, shared })
     }
 
-    /// Hears of changes in these folders from now on, and in no others. Those that are not there are left out.
+    /// Hears of changes in these folders from now on, and in no others: of one that is not there as soon as it is. To be
+    /// called before each reading: a folder may have been replaced by another one of its name.
     ///
     /// # Errors
     /// When one of them cannot be watched.
     pub fn follow(&mut self, folders: &[PathBuf]) -> Result<(), WatchError> {
-        let wanted: BTreeSet<PathBuf> =
-            folders.iter().map(|path| absolute(path)).filter(|path| path.is_dir()).collect();
+        let wanted: BTreeSet<PathBuf> = folders.iter().map(|path| absolute(path)).collect();
+        *lock(&self.shared.folders) = wanted.clone();
         // What lies in another one is heard of there.
         let is_outer = |path: &&PathBuf| !path.ancestors().skip(1).any(|above| wanted.contains(above));
-        let wanted: BTreeSet<PathBuf> = wanted.iter().filter(is_outer).cloned().collect();
-        for gone in self.folders.difference(&wanted) {
+        let mut watched = BTreeSet::new();
+        for folder in wanted.iter().filter(is_outer) {
+            let there = folder.ancestors().find(|path| path.is_dir()).unwrap_or(folder);
+            let mode = if there == folder { RecursiveMode::Recursive } else { RecursiveMode::NonRecursive };
+            let watch = self.watcher.watch(there, mode);
+            watch.map_err(|cause| WatchError { path: there.to_owned(), cause })?;
+            watched.insert(there.to_owned());
+        }
+        for gone in self.watched.difference(&watched) {
             // One that was removed is no longer watched anyway.
             let _ = self.watcher.unwatch(gone);
         }
-        for new in wanted.difference(&self.folders) {
-            self.watcher
-                .watch(new, RecursiveMode::Recursive)
-                .map_err(|cause| WatchError { path: new.clone(), cause })?;
-        }
-        self.folders = wanted;
+        self.watched = watched;
         Ok(())
     }
 
@@ -144,9 +155,23 @@ impl Watch {
 
 impl Shared {
     fn changed(&self, path: PathBuf) {
-        if lock(&self.ignored).iter().any(|ignored| path.starts_with(ignored)) {
-            return;
+        let counts = {
+            let folders = lock(&self.folders);
+            let is_inside = folders.iter().any(|folder| path.starts_with(folder) || folder.starts_with(&path));
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            let is_result = self.results.iter().any(|results| {
+                let holds_input = folders.iter().any(|folder| folder.starts_with(results));
+                let is_below = path.starts_with(results);
+                if holds_input { path.parent() == Some(results) && is_own(name) } else { is_below }
+            });
+            is_inside && !is_result
+        };
+        if counts {
+            self.tell(path);
         }
+    }
+
+    fn tell(&self, path: PathBuf) {
         if let Some(building) = &*lock(&self.building) {
             building.cancel();
         }
@@ -155,14 +180,16 @@ impl Shared {
     }
 }
 
-/// As events tell paths. What is not there yet lies in a folder that is.
+/// As events tell paths: where it lies, of one that is not there as far as there is something.
 fn absolute(path: &Path) -> PathBuf {
-    let known = path.canonicalize().ok();
-    let by_parent = || {
-        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Some(parent.canonicalize().ok()?.join(path.file_name()?))
-    };
-    known.or_else(by_parent).unwrap_or_else(|| path.to_owned())
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let known = path.ancestors().find_map(|above| Some((above, above.canonicalize().ok()?)));
+    known.map_or(path.clone(), |(above, known)| {
+        path.strip_prefix(above)
+            .ok()
+            .filter(|rest| !rest.as_os_str().is_empty())
+            .map_or(known.clone(), |rest| known.join(rest))
+    })
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {

@@ -34,11 +34,13 @@ struct Watching {
 
 impl Watching {
     fn start(folder: &Path, more: &[&str]) -> Self {
-        let arguments = ["build", "town", "-o", "out", "--watch"];
+        let out: &[&str] = if more.contains(&"-o") { &[] } else { &["-o", "out"] };
+        let arguments = ["build", "town", "--watch"];
         let mut child = Command::new(env!("CARGO_BIN_EXE_plat"))
             .current_dir(folder)
             .env("XDG_CACHE_HOME", folder.join("user cache"))
             .args(arguments)
+            .args(out)
             .args(more)
             .stderr(Stdio::piped())
             .stdout(Stdio::piped())
@@ -199,4 +201,77 @@ fn what_no_save_mends_ends_the_watch() {
         assert!(output.status.code().is_some_and(|code| code >= 2) && told.contains(words), "{arguments:?}: {told}");
         assert!(!folder.path().join("out").exists());
     }
+}
+
+/// Saves a boxes rule of a height where a city lies, and waits for files that are those of a fresh build.
+fn follows(watching: &Watching, folder: &Path, height: u32, save: impl Fn(&str)) {
+    save(&BOXES.replace('9', &height.to_string()));
+    let told = watching.built();
+    assert_eq!(files(&folder.join("out")), fresh(folder), "{told:#?}");
+}
+
+#[test]
+#[cfg(unix)]
+fn folders_that_are_replaced_linked_or_missing_for_a_while_are_followed() {
+    let folder = town();
+    let at = |name: &str| folder.path().join(name);
+    // A rule that is linked, and a folder of rules of its own.
+    fs::create_dir_all(at("lib")).expect("made");
+    fs::rename(at("town/buildings/boxes.rhai"), at("lib/boxes.rhai")).expect("moved");
+    std::os::unix::fs::symlink(at("lib/boxes.rhai"), at("town/buildings/boxes.rhai")).expect("linked");
+    let watching = Watching::start(folder.path(), &["--no-cache"]);
+    watching.built();
+    follows(&watching, folder.path(), 12, |text| write(folder.path(), "lib/boxes.rhai", text));
+    // Another folder of the same name in its place.
+    fs::remove_file(at("town/buildings/boxes.rhai")).expect("removed");
+    watching.until(&["nothing was written"]);
+    write(folder.path(), "town/buildings/boxes.rhai", &BOXES.replace('9', "14"));
+    watching.built();
+    assert!(
+        Command::new("cp").args(["-r", "town", "spare"]).current_dir(folder.path()).status().expect("cp").success()
+    );
+    let swap = "mv town before; mv spare town";
+    assert!(Command::new("sh").args(["-c", swap]).current_dir(folder.path()).status().expect("sh").success());
+    watching.until(&["same  as", "nothing was written"]);
+    std::thread::sleep(Duration::from_millis(300));
+    while watching.lines.try_recv().is_ok() {}
+    follows(&watching, folder.path(), 16, |text| write(folder.path(), "town/buildings/boxes.rhai", text));
+    // Results that somebody took away come back.
+    fs::remove_dir_all(at("out")).expect("removed");
+    write(folder.path(), "town/notes.txt", "nothing");
+    watching.built();
+    assert_eq!(files(&at("out")), fresh(folder.path()));
+    assert_eq!(watching.stop().0, Some(0));
+}
+
+#[test]
+#[cfg(unix)]
+fn results_in_the_midst_of_the_city_start_no_build() {
+    for out in ["town", "town/deep/er/out", "town/link"] {
+        let folder = town();
+        fs::create_dir_all(folder.path().join("elsewhere")).expect("made");
+        std::os::unix::fs::symlink(folder.path().join("elsewhere"), folder.path().join("town/link")).expect("linked");
+        let watching = Watching::start(folder.path(), &["--no-cache", "-o", out]);
+        watching.built();
+        // What lies around may be told once; then it is still.
+        std::thread::sleep(Duration::from_millis(500));
+        while watching.lines.try_recv().is_ok() {}
+        assert!(watching.lines.recv_timeout(Duration::from_millis(700)).is_err(), "{out}: it goes on and on");
+        write(folder.path(), "town/buildings/boxes.rhai", &BOXES.replace('9', "30"));
+        watching.built();
+        assert_eq!(watching.stop().0, Some(0));
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_good_city_outlasts_a_start_with_a_broken_rule() {
+    let folder = town();
+    let good = fresh(folder.path());
+    fs::rename(folder.path().join("fresh"), folder.path().join("out")).expect("moved");
+    write(folder.path(), "town/buildings/boxes.rhai", "fn build(shape, p) { throw \"no houses\" }\n");
+    let watching = Watching::start(folder.path(), &["--no-cache"]);
+    watching.until(&["nothing was written"]);
+    assert_eq!(files(&folder.path().join("out")), good);
+    assert_eq!(watching.stop().0, Some(130), "nothing was written");
 }

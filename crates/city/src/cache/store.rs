@@ -1,6 +1,7 @@
 //! Results on disk: a file each, named by its key, with a check sum; the least recently used ones go when there are too
 //! many bytes. Written by a thread of its own, so that no build waits for the disk.
 
+use crate::export::{new_file, remove_leftovers};
 use geom::{Digest, Id};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -11,7 +12,6 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::SystemTime;
-use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_128;
 
 /// The first bytes of a file; the number grows with the format.
@@ -63,13 +63,15 @@ impl Store {
     pub fn open(path: &Path, most_bytes: u64) -> io::Result<Self> {
         fs::create_dir_all(path)?;
         // Found out before hours of work.
-        NamedTempFile::new_in(path)?;
+        new_file(path)?;
         let tag = path.join(TAG.0);
         if !tag.exists() {
             fs::write(tag, TAG.1)?;
         }
         let program = Id(xxh3_128(&fs::read(std::env::current_exe()?)?));
         let folder = Arc::new(Folder { path: path.to_owned(), most_bytes, program, problems: Mutex::default() });
+        remove_leftovers(path);
+        folder.make_room(0, Path::new(""))?;
         let (sender, receiver) = channel();
         let own = folder.clone();
         let write = move || {
@@ -155,7 +157,7 @@ impl Folder {
             return Ok(());
         }
         self.make_room(size, path)?;
-        let mut file = NamedTempFile::new_in(&self.path)?;
+        let mut file = new_file(&self.path)?;
         file.write_all(MAGIC)?;
         file.write_all(&xxh3_128(content).to_le_bytes())?;
         file.write_all(content)?;
@@ -280,6 +282,17 @@ mod tests {
         store.flush();
         assert_eq!(files(folder.path()).len(), 2, "what is larger than all there may be is not kept");
         assert!(folder.path().join("mine.stage").exists() && folder.path().join("notes.txt").exists());
+    }
+
+    #[test]
+    fn a_folder_is_within_its_limit_from_the_start() {
+        let folder = tempfile::tempdir().unwrap();
+        let large = store(folder.path(), 1 << 20);
+        (0..5).for_each(|key| large.write(Id(key), Arc::new(vec![1u8; 1000])));
+        large.flush();
+        assert_eq!(files(folder.path()).len(), 5);
+        drop(store(folder.path(), 2500));
+        assert_eq!(files(folder.path()).len(), 2);
     }
 
     #[test]

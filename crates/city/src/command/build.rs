@@ -71,6 +71,7 @@ struct Written {
 fn build_and_write(arguments: &BuildArguments, cache: &Cache, bars: &Bars) -> Result<(Written, Texts), Failure> {
     let cancel = stop_on_interrupt();
     let loaded = loaded(arguments)?;
+    tell_printed(&loaded);
     export::prepare(&arguments.out).map_err(|error| failed(&error))?;
     let sources = sources(arguments, &loaded, cache)?;
     let built = built(arguments, &sources, cache, bars, &cancel)?;
@@ -81,6 +82,11 @@ fn build_and_write(arguments: &BuildArguments, cache: &Cache, bars: &Bars) -> Re
     Ok((written, loaded.texts))
 }
 
+/// What the city's script printed.
+fn tell_printed(loaded: &Loaded) {
+    loaded.printed.iter().for_each(|line| eprintln!("{line}"));
+}
+
 fn failed(error: &dyn std::fmt::Display) -> Failure {
     Failure::new(Status::Failed, error.to_string())
 }
@@ -88,9 +94,6 @@ fn failed(error: &dyn std::fmt::Display) -> Failure {
 /// The city's script, with what the command line changes.
 fn loaded(arguments: &BuildArguments) -> Result<Loaded, Failure> {
     let mut loaded = load(&arguments.city, arguments.rules.as_deref()).map_err(unreadable)?;
-    for line in &loaded.printed {
-        eprintln!("{line}");
-    }
     lay_presets(&mut loaded, &arguments.preset)?;
     for assignment in &arguments.set {
         loaded

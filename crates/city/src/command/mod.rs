@@ -100,7 +100,7 @@ struct BuildArguments {
     #[arg(long, value_enum, value_name = "WHAT", alias = "color-by")]
     colour_by: Option<ColourBy>,
     /// Builds again as soon as a rule, the script or a map is saved, until Ctrl-C; only what the change matters to is done
-    /// again. While something is broken the files stay as they are.
+    /// again. While something is broken the files stay as they are. Ends with 0, or with 130 where nothing was written.
     #[arg(long, conflicts_with_all = ["steps", "trace"])]
     watch: bool,
     /// Keeps results of stages in this folder for later builds, which are the same but faster; --watch keeps them in the

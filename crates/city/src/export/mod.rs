@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use tempfile::NamedTempFile;
 
 pub use layout_file::{LayoutFile, ReadError, read_layout};
@@ -114,7 +115,8 @@ pub fn prepare(folder: &Path) -> Result<(), ExportError> {
     if let Some(path) = targets.map(|name| folder.join(name)).find(|path| path.is_dir()) {
         return Err(at(&path)(io::Error::new(io::ErrorKind::IsADirectory, "a folder stands where the file goes")));
     }
-    NamedTempFile::new_in(folder).map(drop).map_err(at(folder))
+    remove_leftovers(folder);
+    new_file(folder).map(drop).map_err(at(folder))
 }
 
 /// Writes a city in all formats, and `report.json` with the text of `report`, into a folder, which is made if need be;
@@ -224,13 +226,42 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     put_in_place(file, path)
 }
 
+/// What files are called before they are put in their places.
+const UNFINISHED: &str = ".plat-";
+
+/// Age at which such a file is no other program's work any more.
+const LEFT_OVER: Duration = Duration::from_secs(6 * 3600);
+
+/// A file that is not yet in its place.
+pub(crate) fn new_file(folder: &Path) -> io::Result<NamedTempFile> {
+    tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)
+}
+
+/// Removes what programs that were killed left in a folder.
+pub(crate) fn remove_leftovers(folder: &Path) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(UNFINISHED)) {
+        let age = entry.metadata().and_then(|about| about.modified()).ok().and_then(|time| time.elapsed().ok());
+        if age.is_some_and(|age| age > LEFT_OVER) {
+            // Another program may have been faster.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether a file in a folder of results is one that exports write there.
+pub(crate) fn is_own(name: &str) -> bool {
+    let results = Format::ALL.map(Format::file_name);
+    name.starts_with(UNFINISHED) || name == REPORT || results.contains(&name)
+}
+
 /// Fills a temporary file in the folder of `path`.
 fn produce(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), Problem>,
 ) -> Result<NamedTempFile, ExportError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let file = NamedTempFile::new_in(folder).map_err(at(path))?;
+    let file = new_file(folder).map_err(at(path))?;
     let mut out = BufWriter::with_capacity(1 << 18, file);
     write(&mut out).map_err(at(path))?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error).map_err(at(path))?;

@@ -21,8 +21,8 @@ use std::sync::Arc;
 use streets::faces::{Face, FaceKind, Faces};
 use streets::graph::{Crowding, NewSegment, Refusal};
 use streets::growth::{
-    Attachment, Constraints, Distances, Field, Fields, Goal, Growth, GrowthLog, GrowthRules, Keeps, Peaks,
-    QuarterGrowth, QuarterSettings, SeedPoint, Smoothing, Stopped, Zones, attach, grow, grow_from_streets,
+    Attachment, Constraints, Distances, Field, Fields, Goal, Growth, GrowthLog, GrowthRules, Keeps, Own, Peaks,
+    QuarterGrowth, QuarterSettings, SeedPoint, Smoothing, Step, Stopped, Zones, attach, grow, grow_from_streets,
     grow_outside, grow_quarter, prune_dead_ends, prune_networks, smooth,
 };
 use streets::runs::Run;
@@ -441,14 +441,27 @@ impl Quarter {
         Ok(Self { settings, rules, key })
     }
 
+    /// The constraints that rules decide.
+    fn own(&self) -> impl Iterator<Item = &Own> {
+        self.settings.growth.constraints.steps().iter().filter_map(|step| match step {
+            Step::Own(own) => Some(own),
+            _ => None,
+        })
+    }
+
     /// What grew there, from an earlier build or `grow`.
     fn grown(&self, context: &Context, fields: &Arc<Fields>, grow: impl FnOnce() -> QuarterGrowth) -> QuarterGrowth {
         let make = || {
             let QuarterGrowth { quarter, log, attachments, keeps: _, fault } = grow();
             KeptGrowth { quarter, log, attachments, fault }
         };
-        let is_whole = |kept: &KeptGrowth| kept.log.stopped != Some(Stopped::Cancelled);
+        // A rule that did nothing is warned of when all is grown: it must be asked again.
+        let is_in_vain = || self.rules.is_in_vain() || self.own().any(|own| own.0.is_in_vain());
+        let is_whole = |kept: &KeptGrowth| kept.log.stopped != Some(Stopped::Cancelled) && !is_in_vain();
         let kept = context.part(self.key, is_whole, make);
+        if !is_in_vain() {
+            self.own().for_each(|own| own.0.has_agreed());
+        }
         let KeptGrowth { quarter, log, attachments, fault } = Arc::unwrap_or_clone(kept);
         QuarterGrowth { quarter, log, attachments, keeps: Keeps::of(&self.settings.growth, fields), fault }
     }

@@ -60,6 +60,14 @@ impl ConstraintPattern {
 }
 
 impl Constrain for ConstraintPattern {
+    fn is_in_vain(&self) -> bool {
+        self.tally.is_in_vain()
+    }
+
+    fn has_agreed(&self) {
+        self.tally.count(true);
+    }
+
     /// On a fault the street is refused. Reasons carry the rule's name.
     fn constrain(&self, draft: &mut Draft) {
         let classes = self.classes.clone();

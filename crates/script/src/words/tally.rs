@@ -28,6 +28,11 @@ impl Tally {
         }
     }
 
+    /// Whether it was asked, and has done nothing so far.
+    pub fn is_in_vain(&self) -> bool {
+        !self.acted.load(Ordering::Relaxed) && self.asked.load(Ordering::Relaxed) > 0
+    }
+
     /// Warns when it was asked often and did nothing.
     pub fn warn(&self, rule: &Rule, kind: RuleKind, message: &str, hint: &str, faults: &Faults) {
         if !self.acted.load(Ordering::Relaxed) && self.asked.load(Ordering::Relaxed) >= ENOUGH {

@@ -60,6 +60,10 @@ impl StreetPattern {
 }
 
 impl GrowthRules for StreetPattern {
+    fn is_in_vain(&self) -> bool {
+        self.tally.is_in_vain()
+    }
+
     /// On a fault the tip ends: its slots stay empty.
     fn propose(&self, tip: &mut Tip) {
         tip.slots = Slots::default();

@@ -96,6 +96,10 @@ impl GrowthRules for Blend {
         self.origin_of(None)
     }
 
+    fn is_in_vain(&self) -> bool {
+        self.parts.iter().any(|part| part.rules.is_in_vain())
+    }
+
     fn origin_of(&self, lead: Option<u16>) -> u16 {
         self.parts.get(usize::from(lead.unwrap_or(0))).map_or(0, |part| part.rules.origin())
     }

@@ -77,6 +77,14 @@ impl Draft {
 pub trait Constrain: Debug + Send + Sync {
     /// Leaves a draft as it is, changes it, or refuses it. What goes wrong is recorded by the implementer, and refuses.
     fn constrain(&self, draft: &mut Draft);
+
+    /// Whether it was asked, and has refused everything so far.
+    fn is_in_vain(&self) -> bool {
+        false
+    }
+
+    /// Takes in that it agreed to something in a growth that is used again.
+    fn has_agreed(&self) {}
 }
 
 /// A constraint of a rule in a chain. Equal to itself only.

@@ -160,4 +160,9 @@ pub trait GrowthRules: Sync {
     fn origin_of(&self, _lead: Option<u16>) -> u16 {
         self.origin()
     }
+
+    /// Whether a rule was asked, and has proposed nothing so far.
+    fn is_in_vain(&self) -> bool {
+        false
+    }
 }

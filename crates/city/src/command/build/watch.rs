@@ -1,24 +1,30 @@
 //! `plat build --watch`.
 
-use super::{Bars, BuildArguments, Failure, Status, built, cache_of, loaded, sources, tell, tell_problems, write};
+use super::{
+    Bars, BuildArguments, Failure, Status, Written, built, cache_of, loaded, sources, tell, tell_printed,
+    tell_problems, write,
+};
 use city::watch::WatchError;
 use city::{Cache, Cancel, Loaded, Watch, export};
 use geom::Id;
+use script::Texts;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// Builds a city, and again after each change to what it is made from.
 pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
-    let ignored: Vec<PathBuf> = std::iter::once(arguments.out.clone()).chain(arguments.cache.clone()).collect();
-    let mut watch = Watch::new(&ignored).map_err(unwatched)?;
+    let kept_in = arguments.cache.clone().or_else(usual_folder);
+    let results: Vec<PathBuf> = std::iter::once(arguments.out.clone()).chain(kept_in).collect();
+    let mut watch = Watch::new(&results).map_err(unwatched)?;
     let mut session = Session {
         arguments,
+        folders: always_watched(arguments).collect(),
         cache: cache_for(arguments)?,
         bars: Bars::new(arguments.quiet || arguments.json),
         interrupt: Interrupt::of(&watch),
         last: None,
-        is_good: false,
+        is_good: shows_good_city(&arguments.out),
     };
     let is_new = !arguments.out.exists();
     let outcome = session.follow(&mut watch);
@@ -27,7 +33,24 @@ pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
         let _ = std::fs::remove_dir(&arguments.out);
     }
     session.cache.flush();
-    outcome.map(|()| Status::Done)
+    outcome.map(|()| if session.last.is_some() { Status::Done } else { Status::Interrupted })
+}
+
+/// Whether a folder holds a city that was written without faults.
+fn shows_good_city(folder: &Path) -> bool {
+    let report = std::fs::read(folder.join(export::REPORT)).ok();
+    let report: Option<serde_json::Value> = report.and_then(|text| serde_json::from_slice(&text).ok());
+    let faults = report.as_ref().and_then(|report| report["faults"].as_array());
+    are_there(folder) && faults.is_some_and(|faults| faults.iter().all(|fault| fault["severity"] != "error"))
+}
+
+/// Whether all files of a city are there.
+fn are_there(folder: &Path) -> bool {
+    export::Format::ALL
+        .map(export::Format::file_name)
+        .into_iter()
+        .chain([export::REPORT])
+        .all(|name| folder.join(name).is_file())
 }
 
 fn unwatched(error: WatchError) -> Failure {
@@ -45,27 +68,34 @@ fn cache_for(arguments: &BuildArguments) -> Result<Cache, Failure> {
 /// In the user's cache folder, where there is one that can be written to; else in memory.
 fn usual_cache(arguments: &BuildArguments) -> Cache {
     let open = |folder: PathBuf| {
-        Cache::on_disk(&folder.join("plat"), arguments.cache_limit << 20)
+        Cache::on_disk(&folder, arguments.cache_limit << 20)
             .map_err(|error| eprintln!("   warning  nothing is kept in {}: {error}", folder.display()))
             .ok()
     };
-    dirs::cache_dir().and_then(open).unwrap_or_else(Cache::in_memory)
+    usual_folder().and_then(open).unwrap_or_else(Cache::in_memory)
+}
+
+/// Where the user keeps what can be made again.
+fn usual_folder() -> Option<PathBuf> {
+    Some(dirs::cache_dir()?.join("plat"))
 }
 
 /// Ctrl-C: ends the build under way and the watch; a second one ends the process at once.
 struct Interrupt {
     building: Arc<Mutex<Option<Cancel>>>,
+    asked: Cancel,
 }
 
 impl Interrupt {
     fn of(watch: &Watch) -> Self {
         let building: Arc<Mutex<Option<Cancel>>> = Arc::default();
         let (own, stop, asked) = (building.clone(), watch.stopper(), Cancel::default());
+        let told = asked.clone();
         let handler = move || {
-            if asked.is_cancelled() {
+            if told.is_cancelled() {
                 std::process::exit(Status::Interrupted as i32);
             }
-            asked.cancel();
+            told.cancel();
             if let Some(building) = &*own.lock().unwrap_or_else(PoisonError::into_inner) {
                 building.cancel();
             }
@@ -73,22 +103,38 @@ impl Interrupt {
         };
         // Only fails when a handler is there already, and there is one command a process.
         let _ = ctrlc::set_handler(handler);
-        Self { building }
+        Self { building, asked }
     }
 
     fn ends(&self, building: &Cancel) {
         *self.building.lock().unwrap_or_else(PoisonError::into_inner) = Some(building.clone());
+        // It may have come before there was anything to end.
+        if self.asked.is_cancelled() {
+            building.cancel();
+        }
     }
+}
+
+/// The folders that the command line tells of.
+fn always_watched(arguments: &BuildArguments) -> impl Iterator<Item = PathBuf> {
+    let city = arguments.city.as_path();
+    // The city may be away for a moment: what it is, is told by its name.
+    let is_script = city.is_file() || city.extension().is_some_and(|ending| ending == "rhai");
+    let folder = if is_script { city.parent().unwrap_or(Path::new(".")) } else { city };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    std::iter::once(folder.to_owned()).chain(arguments.rules.clone())
 }
 
 /// What is kept from one build to the next.
 struct Session<'a> {
     arguments: &'a BuildArguments,
+    /// What is watched: what the command line and the script told last.
+    folders: Vec<PathBuf>,
     cache: Cache,
     bars: Bars,
     interrupt: Interrupt,
-    /// What the files were written from last.
-    last: Option<Id>,
+    /// What the files were written from last, and what was told of it.
+    last: Option<(Id, Written, Texts)>,
     /// Whether they show a city without faults.
     is_good: bool,
 }
@@ -96,11 +142,9 @@ struct Session<'a> {
 impl Session<'_> {
     /// Builds, and again after each change, until it is stopped.
     fn follow(&mut self, watch: &mut Watch) -> Result<(), Failure> {
-        // Heard of before anything is read, so that no change is lost.
-        watch.follow(&self.folders(&[])).map_err(unwatched)?;
         let mut is_first = true;
         loop {
-            let (round, folders) = self.round(watch);
+            let round = self.round(watch);
             self.bars.clear();
             match round {
                 // What is wrong with the command line no change of a file mends.
@@ -112,20 +156,13 @@ impl Session<'_> {
             }
             is_first = false;
             tell_problems(&self.cache);
-            watch.follow(&self.folders(&folders)).map_err(unwatched)?;
+            // Folders that came and went meanwhile are heard of by their new selves.
+            watch.follow(&self.folders).map_err(unwatched)?;
             let Some(changed) = watch.wait() else { return Ok(()) };
             let names: Vec<_> = changed.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy())).collect();
             let more = if names.len() > 3 { ", …" } else { "" };
             self.say(&format!("   changed  {}{more}", names[..names.len().min(3)].join(", ")));
         }
-    }
-
-    /// The folders to watch: those that the city told last, or that it stands in.
-    fn folders(&self, told: &[PathBuf]) -> Vec<PathBuf> {
-        let city = &self.arguments.city;
-        let own = if city.is_dir() { city.as_path() } else { city.parent().unwrap_or(Path::new(".")) };
-        let own = if own.as_os_str().is_empty() { Path::new(".") } else { own };
-        told.iter().cloned().chain([own.to_owned()]).chain(self.arguments.rules.clone()).collect()
     }
 
     /// Tells people how far it is.
@@ -135,26 +172,40 @@ impl Session<'_> {
         }
     }
 
-    /// Reads, builds and writes once, unless nothing is new; and tells which folders the city is made from.
-    fn round(&mut self, watch: &Watch) -> (Result<(), Failure>, Vec<PathBuf>) {
+    /// Reads, builds and writes once, unless nothing is new.
+    fn round(&mut self, watch: &mut Watch) -> Result<(), Failure> {
         #[expect(clippy::disallowed_methods, reason = "told to people, no part of the city")]
         let begin = Instant::now();
-        match loaded(self.arguments) {
-            Ok(loaded) => (self.build(&loaded, watch, begin), loaded.folders()),
-            Err(failure) => (Err(failure), Vec::new()),
+        loop {
+            // Heard of before anything is read, so that no change is lost.
+            watch.follow(&self.folders).map_err(unwatched)?;
+            let loaded = loaded(self.arguments)?;
+            let folders: Vec<PathBuf> = always_watched(self.arguments).chain(loaded.folders()).collect();
+            if folders == self.folders {
+                return self.build(&loaded, watch, begin);
+            }
+            self.folders = folders;
         }
     }
 
     fn build(&mut self, loaded: &Loaded, watch: &Watch, begin: Instant) -> Result<(), Failure> {
         let arguments = self.arguments;
-        let prepared = export::prepare(&arguments.out);
-        prepared.map_err(|error| Failure::new(Status::Failed, error.to_string()))?;
+        tell_printed(loaded);
         let sources = sources(arguments, loaded, &self.cache)?;
         let digest = sources.digest(&self.cache);
-        if self.last == Some(digest) {
+        if let Some((last, written, texts)) = &self.last
+            && *last == digest
+            && are_there(&arguments.out)
+        {
             self.say("      same  as what is written");
+            if arguments.json {
+                // A program that reads on hears that all is well again.
+                tell(arguments, written, texts);
+            }
             return Ok(());
         }
+        let prepared = export::prepare(&arguments.out);
+        prepared.map_err(|error| Failure::new(Status::Failed, error.to_string()))?;
         let cancel = Cancel::default();
         self.interrupt.ends(&cancel);
         let (cache, bars) = (&self.cache, &self.bars);
@@ -166,9 +217,9 @@ impl Session<'_> {
             }
             write(arguments, &built, cache, bars, &cancel)
         })?;
-        self.last = Some(digest);
         self.is_good = !written.report.has_faults();
         tell(arguments, &written, &loaded.texts);
+        self.last = Some((digest, written, loaded.texts.clone()));
         let seconds = begin.elapsed().as_secs_f64();
         self.say(&format!("     built  in {seconds:.1} s; watching for changes, Ctrl-C ends"));
         Ok(())
