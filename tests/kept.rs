@@ -279,26 +279,26 @@ fn a_build_with_a_cache_is_as_one_without_after_any_edit() {
 
 #[test]
 fn rules_in_vain_are_warned_of_each_time() {
-    for (name, text) in [
-        ("streets/lanes.rhai", "fn propose(tip, p) { let _x = tip.x; }\n"),
-        ("constraints/shy.rhai", "fn constrain(segment, p) { segment.refuse(\"never\"); }\n"),
+    let script = fs::read_to_string(shipped("lattice").join("city.rhai")).expect("read");
+    let grid = "rule(\"streets/grid\", #{ heading: 0, block_length: 200, block_width: 100 })";
+    assert!(script.contains(grid));
+    for (name, pattern, text) in [
+        ("streets/mine.rhai", "rule(\"streets/mine\")", "fn propose(tip, p) { let _x = tip.x; }\n"),
+        (
+            "constraints/mine.rhai",
+            "rule(\"streets/grid\"), constraints: [rule(\"constraints/standard\"), rule(\"constraints/mine\")]",
+            "fn constrain(segment, p) { segment.refuse(\"never\"); }\n",
+        ),
     ] {
-        let place = Place::town();
-        let city = TOWN
-            .replace("#{ west: rule(\"streets/lanes\", #{ length: 70 }) }", "#{ west: rule(\"streets/lanes\") }")
-            .replace("constraints: [rule(\"constraints/standard\", #{ snap: 30 }), rule(\"constraints/shy\")],", "")
-            .replace(
-                "least_dead_end: 20,",
-                "constraints: [rule(\"constraints/standard\"), rule(\"constraints/shy\")],",
-            );
-        place.write(Path::new("city.rhai"), &city);
+        let place = Place::copy_of("lattice");
+        place.write(Path::new("city.rhai"), &script.replace(grid, pattern));
         place.write(Path::new(name), text);
-        let cache = Cache::in_memory();
-        for least in [200, 210, 220] {
-            place.write(Path::new("parcels/lots.rhai"), &LOTS.replace("260", &least.to_string()));
+        let (cache, parcels) = (Cache::in_memory(), Path::new("parcels/recursive.rhai"));
+        for edit in 0..3 {
+            place.write(parcels, &format!("{}// {edit}\n", place.texts[parcels]));
             let faults = |cache: &Cache| build(place.folder.path(), cache).expect("built").report.faults;
             let (kept, fresh) = (faults(&cache), faults(&Cache::none()));
-            assert!(fresh.iter().any(|fault| fault.file.ends_with(name)), "{fresh:?}");
+            assert!(fresh.iter().any(|fault| fault.file.ends_with(name)), "{name}: {fresh:?}");
             assert_eq!(format!("{kept:?}"), format!("{fresh:?}"), "{name}");
         }
     }
