@@ -1,5 +1,5 @@
-//! Convex outlines, as nearly all parcels are: what lies behind lines is cut off without a boolean of polygons, which
-//! would take ten times as long.
+//! Convex outlines, as nearly all parcels are: what lies behind lines is cut off without a boolean of polygons, which took
+//! longer than the rule that asked for it.
 
 use geom::polygon::{convex_hull, ring_edges, without_collinear};
 use geom::predicates::{orient, within as is_near};

@@ -203,7 +203,7 @@ impl Loaded {
         self.plan.apply(&preset, &target).map_err(PresetError::Plan)
     }
 
-    /// The folders that hold what the city is made from, besides one of further rules.
+    /// The folders that hold what the city is made from, besides one of further rules; each once, in order.
     pub fn folders(&self) -> Vec<PathBuf> {
         let plan = &self.plan;
         let of_file = |file: &str| self.folder.join(file).parent().map(Path::to_path_buf);
@@ -220,6 +220,8 @@ impl Loaded {
         let linked: Vec<PathBuf> =
             folders.iter().cloned().chain(kinds).flat_map(|folder| linked_from(&folder)).collect();
         folders.extend(linked);
+        folders.sort();
+        folders.dedup();
         folders
     }
 

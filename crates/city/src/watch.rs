@@ -22,7 +22,7 @@ const MOST_GIVING_WAY: u32 = 4;
 #[derive(Debug, thiserror::Error)]
 #[error("{} cannot be watched for changes: {cause}", path.display())]
 pub struct WatchError {
-    /// The folder, or an empty path for all of them.
+    /// The folder; `files` where none can be watched at all.
     pub path: PathBuf,
     /// What the system says.
     pub cause: notify::Error,
@@ -81,7 +81,7 @@ impl Watch {
             }
             paths.into_iter().for_each(|path| own.changed(path));
         });
-        let watcher = watcher.map_err(|cause| WatchError { path: PathBuf::new(), cause })?;
+        let watcher = watcher.map_err(|cause| WatchError { path: PathBuf::from("files"), cause })?;
         Ok(Self { watcher, watched: BTreeSet::new(), news, shared })
     }
 

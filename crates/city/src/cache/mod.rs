@@ -151,7 +151,7 @@ impl Cache {
     }
 }
 
-/// Results of parts of a city are kept by these: what stages read besides the plan.
+/// What a finished city was made from, stage by stage: the parts of its files are kept by these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Digests {
     /// Of the site with all its maps.

@@ -38,7 +38,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// All formats, in the order they are written.
+    /// All formats, in the order they are told.
     pub const ALL: [Self; 4] = [Self::Layout, Self::Svg, Self::Png, Self::Glb];
 
     /// The name of its file.

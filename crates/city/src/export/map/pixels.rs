@@ -45,7 +45,7 @@ impl Pixels {
     }
 }
 
-/// A page as a PNG file. Large areas of one colour are small whichever way they are packed, so the fast way will do.
+/// A page as a PNG file, packed the fast way: it comes out about a third larger, in a fraction of the time.
 fn encoded(page: Pixmap) -> ImageResult<Vec<u8>> {
     let (width, height) = (page.width(), page.height());
     let mut file = Vec::new();
