@@ -223,6 +223,7 @@ fn everything(built: &Built, cache: &Cache) -> BTreeMap<String, Vec<u8>> {
         formats: &Format::ALL,
         others: &[("report.json", &report)],
         cache,
+        is_durable: false,
     };
     let files = write_wanted(&built.city, &wanted, folder.path(), &Cancel::default()).expect("written");
     let name = |path: &PathBuf| path.file_name().expect("a name").to_string_lossy().into_owned();

@@ -4,7 +4,7 @@
 mod common;
 
 use city::export::{geojson, layout_file, map};
-use city::{Built, City, LoadError, Until, validate};
+use city::{Built, Cache, City, LoadError, Until, validate};
 use geom::predicates::meets;
 use geom::{Point, Polygon, Vec2};
 use layout::Use;
@@ -105,7 +105,7 @@ fn layouts_and_maps_show_landmarks_by_name() {
     assert_eq!((of("\"kind\":\"landmark\""), of("\"kind\":\"parcel\"")), (1, 1));
     let svg = |city: &City| {
         let mut out = Vec::new();
-        map::write_svg(city, &map::MapOptions::default(), &mut out).expect("drawn");
+        map::write_svg(city, &map::MapOptions::default(), &Cache::none(), &mut out).expect("drawn");
         String::from_utf8(out).expect("text")
     };
     assert!(svg(&city).contains("Stadium") && svg(&city).contains("id=\"landmarks\""));

@@ -111,6 +111,6 @@ fn made(city: &Path, cache: &Cache, folder: &Path) {
     let sources = load(city, None).and_then(|loaded| loaded.read_with(cache)).expect("read");
     let built = build_with(&sources, Settings::default(), cache, &Silent, &Cancel::default()).expect("built");
     assert!(!built.report.has_faults(), "{:?}", built.report.faults);
-    let wanted = Wanted { map: &MapOptions::default(), formats: &Format::ALL, others: &[], cache };
+    let wanted = Wanted { map: &MapOptions::default(), formats: &Format::ALL, others: &[], cache, is_durable: false };
     write_wanted(&built.city, &wanted, &folder.join("out"), &Cancel::default()).expect("written");
 }

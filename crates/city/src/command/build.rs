@@ -157,7 +157,9 @@ fn write(
     let others: Vec<(&str, &[u8])> = std::iter::once((export::REPORT, &json[..]))
         .chain(steps.iter().map(|(name, content)| (&name[..], &content[..])))
         .collect();
-    let wanted = export::Wanted { map: &map, formats: &export::Format::ALL, others: &others, cache };
+    // The watch soon writes them again, and its user waits to see them.
+    let is_durable = !arguments.watch;
+    let wanted = export::Wanted { map: &map, formats: &export::Format::ALL, others: &others, cache, is_durable };
     let files =
         with_threads(usize::from(arguments.threads), || export::write_wanted(city, &wanted, &arguments.out, cancel));
     let files = files.map_err(|error| failed(&error))?.map_err(|error| match error.problem {

@@ -55,7 +55,7 @@ impl Format {
         let options = with_credits(city, map);
         match self {
             Self::Layout => geojson::write_layout(city, out)?,
-            Self::Svg => map::write_svg(city, &options, out)?,
+            Self::Svg => map::write_svg(city, &options, cache, out)?,
             Self::Png => out.write_all(&map::png(city, &options, cache)?)?,
             Self::Glb => glb::write(&glb::model(city, cache), out)?,
         }
@@ -140,7 +140,7 @@ pub fn write_formats(
     others: &[(&str, &[u8])],
     cancel: &Cancel,
 ) -> Result<Vec<PathBuf>, ExportError> {
-    let wanted = Wanted { map: &MapOptions::default(), formats, others, cache: &Cache::none() };
+    let wanted = Wanted { map: &MapOptions::default(), formats, others, cache: &Cache::none(), is_durable: true };
     write_wanted(city, &wanted, folder, cancel)
 }
 
@@ -155,6 +155,8 @@ pub struct Wanted<'a> {
     pub others: &'a [(&'a str, &'a [u8])],
     /// What earlier exports kept.
     pub cache: &'a Cache,
+    /// Whether to wait until the files are on the disk, so that even a machine that stops right after it has them whole.
+    pub is_durable: bool,
 }
 
 /// The same for all that is wanted.
@@ -162,7 +164,7 @@ pub struct Wanted<'a> {
 /// # Errors
 /// When a file can't be produced or put in its place.
 pub fn write_wanted(city: &City, wanted: &Wanted, folder: &Path, cancel: &Cancel) -> Result<Vec<PathBuf>, ExportError> {
-    let Wanted { map, formats, others, cache } = *wanted;
+    let Wanted { map, formats, others, cache, is_durable } = *wanted;
     prepare(folder)?;
     let mut formats = formats.to_vec();
     formats.sort_unstable();
@@ -184,8 +186,10 @@ pub fn write_wanted(city: &City, wanted: &Wanted, folder: &Path, cancel: &Cancel
         produced.push((path, file));
     }
     stop(folder)?;
-    sync(&produced)?;
-    stop(folder)?;
+    if is_durable {
+        sync(&produced)?;
+        stop(folder)?;
+    }
     produced.into_iter().map(|(path, file)| put_in_place(file, &path).map(|()| path)).collect()
 }
 

@@ -27,7 +27,7 @@ pub fn step_maps(
     let options = with_credits(city, &MapOptions { title: Some(title), extent, ..options.clone() });
     let mut svg = Vec::new();
     // Writing to memory does not fail.
-    let _ = map::write_svg(&then, &options, &mut svg);
+    let _ = map::write_svg(&then, &options, &Cache::none(), &mut svg);
     let png = map::png(&then, &options, &Cache::none())?;
     Ok(vec![(step_name(step) + ".svg", svg), (step_name(step) + ".png", png)])
 }

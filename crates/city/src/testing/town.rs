@@ -5,7 +5,7 @@ use crate::export::layout_file::{self, parse_layout};
 use crate::export::map::{MapOptions, write_svg};
 use crate::measure::{Figure, Figures, MEASURES, Maps, measure, place_inside, ring_area};
 use crate::sources::PixelMap;
-use crate::{Built, City};
+use crate::{Built, Cache, City};
 use geom::{Id, Point, Polygon, Vec2};
 use layout::Use;
 use script::Fault;
@@ -296,7 +296,7 @@ impl Town for GrownTown {
     fn drawing(&self) -> String {
         let options = MapOptions { longest_side: 480, ..MapOptions::default() };
         let mut bytes = Vec::new();
-        write_svg(&self.city, &options, &mut bytes).expect("memory takes everything");
+        write_svg(&self.city, &options, &Cache::none(), &mut bytes).expect("memory takes everything");
         String::from_utf8(bytes).expect("SVG is UTF-8")
     }
 

@@ -7,14 +7,17 @@ mod buildings;
 mod pack;
 mod streets;
 mod terrain;
+mod tiles;
 
 pub use pack::{GlbError, write};
 
 use crate::{Cache, City};
 use geom::{Digest, Id, Mesh, Vec2, Vec3};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use terrain::Terrain;
+use tiles::Tiles;
 
 /// Side of a tile in metres.
 pub const TILE_M: f64 = 1000.0;
@@ -37,19 +40,6 @@ pub struct TileKey {
     pub row: i32,
 }
 
-impl TileKey {
-    /// The tile that a place lies in.
-    pub fn of(place: Vec2) -> Self {
-        let cell = (place / TILE_M).floor();
-        Self { column: cell.x as i32, row: cell.y as i32 }
-    }
-
-    /// Its south-west corner in metres.
-    pub fn origin(self) -> Vec2 {
-        Vec2::new(f64::from(self.column), f64::from(self.row)) * TILE_M
-    }
-}
-
 /// The kinds of things below a tile, each a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Group {
@@ -64,7 +54,7 @@ pub enum Group {
 }
 
 /// What a surface is made of: one material each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Surface {
     /// Bare land.
     Ground,
@@ -105,47 +95,44 @@ pub struct Model {
 }
 
 impl Model {
-    /// Takes in the meshes of some groups that it has none of.
-    fn take(&mut self, meshes: &Meshes) {
-        for (&(tile, group, surface), mesh) in &meshes.0 {
-            if !mesh.is_empty() {
-                self.tiles.entry(tile).or_default().insert((group, surface), mesh.clone());
-            }
+    /// Takes in the meshes of groups that it has none of.
+    fn take(&mut self, tiles: &Tiles) {
+        for (&key, tile) in tiles.iter().filter(|(_, tile)| !tile.is_empty()) {
+            self.tiles.entry(key).or_default().extend(tile.iter().map(|(&place, mesh)| (place, mesh.clone())));
         }
     }
 }
 
-/// Meshes being made.
-#[derive(Debug, Default)]
-struct Meshes(BTreeMap<(TileKey, Group, Surface), Arc<Mesh>>);
-
-impl Meshes {
-    fn mesh(&mut self, tile: TileKey, group: Group, surface: Surface) -> &mut Mesh {
-        Arc::make_mut(self.0.entry((tile, group, surface)).or_default())
-    }
+/// The meshes of a city. A thing belongs to the tile of its first point, the terrain to the tile it lies in. Where the cache
+/// keeps anything, tiles of which nothing changed are not made again.
+pub fn model(city: &City, cache: &Cache) -> Model {
+    let key = cache.is_on().then(|| terrain_key(city)).flatten();
+    let on_ground = || {
+        let terrain = cache.part(key, || Terrain::of(city));
+        let ground = cache.part(part_key("ground", key), || terrain.tiles());
+        let streets = tiles::tiles(&streets::pieces(city), part_key("streets", key), cache, |meshes, piece| {
+            piece.add_to(meshes, &terrain);
+        });
+        let green = tiles::tiles(&buildings::green(city), part_key("green", key), cache, |meshes, parcel| {
+            buildings::add_green(meshes, &terrain, parcel);
+        });
+        [ground, Arc::new(streets), Arc::new(green)]
+    };
+    let built = || {
+        // Buildings know the ground they stand on.
+        let base = cache.is_on().then(|| Digest::new("buildings").finish());
+        tiles::tiles(&buildings::buildings(city), base, cache, |meshes, building| buildings::add(meshes, building))
+    };
+    let (on_ground, built) = rayon::join(on_ground, built);
+    let mut model = Model { crs: city.site.crs.clone(), origin: city.site.origin, ..Model::default() };
+    on_ground.iter().for_each(|tiles| model.take(tiles));
+    model.take(&built);
+    model
 }
 
-/// The meshes of a city. A thing belongs to the tile of its first point, the terrain to the tile it lies in. Those of
-/// terrain and streets are kept in a cache, where it is known what they were made from.
-pub fn model(city: &City, cache: &Cache) -> Model {
-    let on_ground = || {
-        let terrain = cache.part(terrain_key(city), || Terrain::of(city));
-        let key = terrain_key(city).zip(city.digests.streets);
-        let key = key.map(|(terrain, streets)| Digest::new("meshes").id(terrain).id(streets).finish());
-        let fixed = cache.part(key, || {
-            let mut meshes = Meshes::default();
-            terrain.add_to(&mut meshes);
-            streets::add_to(&mut meshes, city, &terrain);
-            meshes
-        });
-        let mut green = Meshes::default();
-        buildings::add_green(&mut green, city, &terrain);
-        (fixed, green)
-    };
-    let ((fixed, green), built) = rayon::join(on_ground, || buildings::buildings(city));
-    let mut model = Model { crs: city.site.crs.clone(), origin: city.site.origin, ..Model::default() };
-    [&*fixed, &green, &built].into_iter().for_each(|meshes| model.take(meshes));
-    model
+/// What tiles of a kind that lie on a terrain are kept by.
+fn part_key(kind: &str, terrain: Option<Id>) -> Option<Id> {
+    Some(Digest::new(kind).id(terrain?).finish())
 }
 
 /// What the terrain under a city is kept by.

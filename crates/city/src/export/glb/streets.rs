@@ -7,10 +7,13 @@ mod bridge;
 mod crossing;
 
 use super::terrain::Terrain;
-use super::{Corner, Group, Meshes, STREET_LIFT_M, Surface, TileKey, push_corners};
+use super::tiles::{ByTile, Meshes};
+use super::{Corner, Group, STREET_LIFT_M, Surface, TileKey, push_corners};
 use crate::City;
-use crossing::Trims;
-use geom::{Mesh, Point, Vec2};
+use bridge::Deck;
+use crossing::{Cover, Trims};
+use geom::{Point, Vec2};
+use serde::Serialize;
 use streets::Class;
 use streets::runs::Run;
 
@@ -20,18 +23,41 @@ const CARRIAGEWAY: f64 = 0.68;
 /// How far a mitre may reach, in half widths; sharper bends are drawn square.
 const MITRE: f64 = 2.5;
 
-/// Adds all streets: every one of level 0 onto the terrain, the others as bridges and tunnels.
-pub fn add_to(model: &mut Meshes, city: &City, terrain: &Terrain) {
-    let trims = Trims::of(city);
-    for (index, run) in city.runs.iter().enumerate() {
-        let Some(ribbon) = Ribbon::of(city, run, trims.of_run(index)) else { continue };
-        if run.level == 0 {
-            add_ribbon(model, terrain, &ribbon);
-        } else {
-            bridge::add(model, city, terrain, run, &ribbon);
+/// A piece of the streets, drawn from itself and the terrain alone.
+#[derive(Serialize)]
+pub enum Piece {
+    /// A run on the ground.
+    Ribbon(Ribbon),
+    /// A bridge or tunnel.
+    Deck(Deck),
+    /// What lies between the ribbons of a crossing.
+    Cover(Cover),
+}
+
+impl Piece {
+    /// Adds it to the meshes of its tile.
+    pub fn add_to(&self, meshes: &mut Meshes, terrain: &Terrain) {
+        match self {
+            Self::Ribbon(ribbon) => ribbon.add_to(meshes, terrain),
+            Self::Deck(deck) => deck.add_to(meshes, terrain),
+            Self::Cover(cover) => cover.add_to(meshes, terrain),
         }
     }
-    crossing::add_covers(model, city, terrain, &trims);
+}
+
+/// All pieces of the streets of a city, by the tile of their first point.
+pub fn pieces(city: &City) -> ByTile<Piece> {
+    let trims = Trims::of(city);
+    let mut tiles = ByTile::<Piece>::new();
+    for (index, run) in city.runs.iter().enumerate() {
+        let Some(ribbon) = Ribbon::of(city, run, trims.of_run(index)) else { continue };
+        let pieces = tiles.entry(TileKey::of(city.graph.at(run.nodes[0]).metres())).or_default();
+        pieces.push(if run.level == 0 { Piece::Ribbon(ribbon) } else { Piece::Deck(Deck::of(city, run, ribbon)) });
+    }
+    for cover in trims.covers(city) {
+        tiles.entry(TileKey::of(cover.at)).or_default().push(Piece::Cover(cover));
+    }
+    tiles
 }
 
 /// What a class's carriageway is made of.
@@ -45,8 +71,8 @@ fn surface_of(city: &City, class: Class) -> Surface {
 }
 
 /// A run as it is drawn.
-struct Ribbon {
-    tile: TileKey,
+#[derive(Serialize)]
+pub struct Ribbon {
     surface: Surface,
     half_width: f64,
     /// Its centre line in metres, trimmed at both ends.
@@ -60,7 +86,6 @@ impl Ribbon {
     fn of(city: &City, run: &Run, trims: [f64; 2]) -> Option<Self> {
         let mut line: Vec<Vec2> = run.nodes.iter().map(|&key| city.graph.at(key).metres()).collect();
         line.dedup();
-        let first = *line.first()?;
         let half_width = f64::from(run.half_width) / Point::UNITS_PER_METRE;
         let n = line.len();
         if n < 2 || half_width <= 0.0 {
@@ -70,7 +95,7 @@ impl Ribbon {
         line[0] += start * trims[0];
         line[n - 1] += end * trims[1];
         let left = lefts(&line, half_width);
-        Some(Self { tile: TileKey::of(first), surface: surface_of(city, run.class), half_width, line, left })
+        Some(Self { surface: surface_of(city, run.class), half_width, line, left })
     }
 
     /// The straight pieces between two shares of the way to the left border (-1 is the right border), counter-clockwise
@@ -92,6 +117,12 @@ impl Ribbon {
     fn strips(&self) -> [(f64, f64, Surface); 3] {
         let kerb = CARRIAGEWAY;
         [(-1.0, -kerb, Surface::Sidewalk), (-kerb, kerb, self.surface), (kerb, 1.0, Surface::Sidewalk)]
+    }
+
+    fn add_to(&self, meshes: &mut Meshes, terrain: &Terrain) {
+        for (from, to, surface) in self.strips() {
+            self.quads(from, to).for_each(|quad| lay(meshes, terrain, surface, &quad, STREET_LIFT_M));
+        }
     }
 }
 
@@ -117,16 +148,9 @@ fn lefts(line: &[Vec2], half_width: f64) -> Vec<Vec2> {
     (0..line.len()).map(at).collect()
 }
 
-fn add_ribbon(model: &mut Meshes, terrain: &Terrain, ribbon: &Ribbon) {
-    for (from, to, surface) in ribbon.strips() {
-        let mesh = model.mesh(ribbon.tile, Group::Streets, surface);
-        for quad in ribbon.quads(from, to) {
-            lay(mesh, terrain, ribbon.tile, &quad, STREET_LIFT_M);
-        }
-    }
-}
-
 /// Lays a convex polygon onto the terrain.
-fn lay(mesh: &mut Mesh, terrain: &Terrain, tile: TileKey, polygon: &[Vec2], lift: f64) {
-    terrain.drape(polygon, lift, &mut |piece: &[Corner]| push_corners(mesh, piece, tile.origin()));
+fn lay(meshes: &mut Meshes, terrain: &Terrain, surface: Surface, polygon: &[Vec2], lift: f64) {
+    let origin = meshes.origin;
+    let mesh = meshes.mesh(Group::Streets, surface);
+    terrain.drape(polygon, lift, &mut |piece: &[Corner]| push_corners(mesh, piece, origin));
 }

@@ -3,11 +3,13 @@
 //!
 //! Shores and park rims are lines through the triangles, where the mask interpolated between grid points passes one half.
 
-use super::{Corner, Group, Meshes, Surface, TILE_M, TileKey, push_corners};
+use super::tiles::{Meshes, Tiles};
+use super::{Corner, Group, Surface, TILE_M, TileKey, push_corners};
 use crate::City;
 use geom::{Bounds, Raster, Vec2, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// What the terrain may be off the elevation map, in metres.
@@ -274,18 +276,21 @@ impl Terrain {
         });
     }
 
-    /// Adds the terrain to a model, cut to what is shown.
-    pub fn add_to(&self, model: &mut Meshes) {
-        for (column, row) in self.tile_cells() {
+    /// The terrain as meshes, cut to what is shown.
+    pub fn tiles(&self) -> Tiles {
+        let tile = |(column, row): Cell| {
             let key = TileKey { column: self.first.column + column as i32, row: self.first.row + row as i32 };
-            let mut shared = Shared::default();
+            let (mut meshes, mut shared) = (Meshes::of(key), Shared::default());
             for root in self.roots((column, row)) {
-                self.for_leaves(root, 0, None, &mut |triangle| self.add_triangle(model, key, triangle, &mut shared));
+                self.for_leaves(root, 0, None, &mut |triangle| self.add_triangle(&mut meshes, triangle, &mut shared));
             }
-        }
+            (key, Arc::new(meshes.finish()))
+        };
+        self.tile_cells().collect::<Vec<_>>().into_par_iter().map(tile).collect()
     }
 
-    fn add_triangle(&self, model: &mut Meshes, key: TileKey, triangle: Triangle, shared: &mut Shared) {
+    fn add_triangle(&self, meshes: &mut Meshes, triangle: Triangle, shared: &mut Shared) {
+        let origin = meshes.origin;
         let values =
             |mask: &[f32], other: f32| triangle.map(|cell| mask.get(self.index(cell)).copied().unwrap_or(other));
         let (land, park) = (values(&self.land, 1.0), values(&self.park, -1.0));
@@ -296,8 +301,8 @@ impl Terrain {
         });
         if inside && whole(land) && whole(park) {
             let surface = surface_of(land[0] > 0.0, park[0] > 0.0);
-            let mesh = model.mesh(key, Group::Terrain, surface);
-            self.push_shared(mesh, key, triangle, shared.entry(surface).or_default());
+            let mesh = meshes.mesh(Group::Terrain, surface);
+            self.push_shared(mesh, origin, triangle, shared.entry(surface).or_default());
             return;
         }
         let point = |i: usize| Mixed { corner: self.corner(triangle[i]), land: land[i].into(), park: park[i].into() };
@@ -306,7 +311,7 @@ impl Terrain {
             corners.swap(0, 1);
         }
         for (surface, piece) in self.pieces(corners.to_vec()) {
-            push_corners(model.mesh(key, Group::Terrain, surface), &piece, key.origin());
+            push_corners(meshes.mesh(Group::Terrain, surface), &piece, origin);
         }
     }
 
@@ -333,14 +338,14 @@ impl Terrain {
     }
 
     /// Adds a triangle whose corners are shared with its neighbours.
-    fn push_shared(&self, mesh: &mut geom::Mesh, key: TileKey, triangle: Triangle, known: &mut FxHashMap<Cell, u32>) {
+    fn push_shared(&self, mesh: &mut geom::Mesh, origin: Vec2, triangle: Triangle, known: &mut FxHashMap<Cell, u32>) {
         let [a, b, c] = triangle;
         let (p, q, r) = (self.place(a), self.place(b), self.place(c));
         let turned = if (q - p).perp_dot(r - p) > 0.0 { [a, b, c] } else { [b, a, c] };
         for cell in turned {
             let index = *known.entry(cell).or_insert_with(|| {
                 let next = mesh.positions.len() as u32;
-                push_corners(mesh, &[self.corner(cell)], key.origin());
+                push_corners(mesh, &[self.corner(cell)], origin);
                 next
             });
             mesh.indices.push(index);
@@ -458,9 +463,9 @@ mod tests {
     fn a_flat_site_is_two_triangles_a_tile() {
         let mut city = small_city();
         std::sync::Arc::make_mut(&mut city.site).maps.clear();
-        let mut model = Meshes::default();
-        Terrain::of(&city).add_to(&mut model);
-        let triangles: usize = model.0.values().map(|mesh| mesh.triangles().count()).sum();
+        let tiles = Terrain::of(&city).tiles();
+        let meshes = tiles.values().flat_map(|tile| tile.values());
+        let triangles: usize = meshes.map(|mesh| mesh.triangles().count()).sum();
         let shown = city.site.bounds.size();
         assert!(shown.x < TILE_M && shown.y < TILE_M, "{shown}");
         // Both halves are cut to the site: a quadrilateral or two each.
@@ -470,13 +475,13 @@ mod tests {
     #[test]
     fn the_terrain_covers_the_site_once() {
         let city = hilly_city();
-        let mut model = Meshes::default();
-        Terrain::of(&city).add_to(&mut model);
+        let tiles = Terrain::of(&city).tiles();
         let plan = |[a, b, c]: [[f32; 3]; 3]| {
             let flat = |p: [f32; 3]| Vec2::new(f64::from(p[0]), -f64::from(p[2]));
             (flat(b) - flat(a)).perp_dot(flat(c) - flat(a)) / 2.0
         };
-        let areas: Vec<f64> = model.0.values().flat_map(|m| m.triangles().map(plan)).collect();
+        let meshes = tiles.values().flat_map(|tile| tile.values());
+        let areas: Vec<f64> = meshes.flat_map(|mesh| mesh.triangles().map(plan)).collect();
         assert!(areas.iter().all(|&area| area > -1e-3));
         let size = city.site.bounds.size();
         assert!((areas.iter().sum::<f64>() / (size.x * size.y) - 1.0).abs() < 1e-4);

@@ -112,3 +112,50 @@ fn kept_meshes_are_those_that_would_be_made() {
     city.runs.pop();
     assert_eq!(model(&city, &cache), model(&city, &Cache::none()));
 }
+
+#[test]
+fn kept_tiles_are_those_that_would_be_made() {
+    type Change = (&'static str, fn(&mut City));
+    let changes: [Change; 6] = [
+        ("all new", |_| {}),
+        ("a building less", |city| drop(city.buildings.pop())),
+        ("a taller building", |city| city.buildings[0].height += 1.0),
+        ("a wider street", |city| city.runs[0].half_width *= 2),
+        ("a bridge becomes a tunnel", |city| {
+            city.runs.iter_mut().filter(|run| run.level > 0).for_each(|run| run.level = -run.level);
+        }),
+        ("parks become plazas", |city| {
+            city.parcels.iter_mut().filter(|p| p.usage == layout::Use::Park).for_each(|p| p.usage = layout::Use::Plaza);
+        }),
+    ];
+    let cache = Cache::in_memory();
+    let mut city = hilly_city();
+    city.digests.site = Some(Id(1));
+    assert!(city.runs.iter().any(|run| run.level > 0));
+    let mut before = Model::default();
+    for (name, change) in changes {
+        change(&mut city);
+        let fresh = model(&city, &Cache::none());
+        assert!(model(&city, &cache) == fresh, "{name}");
+        assert!(before != fresh, "{name} shows");
+        before = fresh;
+    }
+}
+
+#[test]
+fn tiles_without_a_change_are_not_made_again() {
+    let cache = Cache::in_memory();
+    let mut city = hilly_city();
+    city.digests.site = Some(Id(1));
+    let before = model(&city, &cache);
+    let tile = TileKey::of(city.buildings[0].footprint.outer[0].metres());
+    city.buildings[0].height += 1.0;
+    let after = model(&city, &cache);
+    assert!(after.tiles.len() > 1);
+    for (key, meshes) in &after.tiles {
+        for (place, mesh) in meshes {
+            let is_changed = *key == tile && place.0 == Group::Buildings;
+            assert_eq!(std::sync::Arc::ptr_eq(mesh, &before.tiles[key][place]), !is_changed, "{key:?} {place:?}");
+        }
+    }
+}

@@ -5,7 +5,7 @@ use super::colouring::Colouring;
 use super::contour::{Samples, simplified};
 use super::view::View;
 use super::{landmarks, style};
-use crate::City;
+use crate::{City, Site};
 use geom::{Point, Polygon, Raster};
 use layout::Use;
 use std::collections::BTreeMap;
@@ -27,18 +27,37 @@ const HEIGHT_STEPS: [f64; 7] = [5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
 /// Parcels narrower than this many pixels are shown without borders.
 const LEAST_PARCEL: f32 = 3.0;
 
+/// What the maps of a site show on the page.
+#[derive(Debug)]
+pub struct Backdrop {
+    /// The outlines of the land; none where there is no water.
+    land: Option<Lines>,
+    parks: Option<Lines>,
+    /// Lines of equal height.
+    heights: Lines,
+}
+
+impl Backdrop {
+    /// That of a site.
+    pub fn of(site: &Site, view: &View) -> Self {
+        let mask = |name| site.map(name).map(|mask| outlines(mask, view));
+        let heights = site.map("elevation").map(|map| heights(map, view)).unwrap_or_default();
+        Self { land: mask("land"), parks: mask("parks"), heights }
+    }
+}
+
 /// Draws the ground with its parcels.
-pub fn draw_ground(city: &City, view: &View, page: &mut dyn Canvas) {
-    draw_land(city, view, page);
+pub fn draw_ground(city: &City, backdrop: &Backdrop, view: &View, page: &mut dyn Canvas) {
+    draw_land(city, backdrop, view, page);
     page.part("parcels");
     draw_parcels(city, view, page);
 }
 
 /// Draws the ground below coloured streets: without parcels and buildings, which would compete with the colours.
-pub fn draw_bare_ground(city: &City, view: &View, page: &mut dyn Canvas) {
-    draw_land(city, view, page);
+pub fn draw_bare_ground(city: &City, backdrop: &Backdrop, view: &View, page: &mut dyn Canvas) {
+    draw_land(city, backdrop, view, page);
     // No parcels tell which blocks are parks.
-    draw_parks(city, view, page);
+    draw_parks(backdrop, page);
 }
 
 /// Draws what stands and runs on the ground.
@@ -53,11 +72,11 @@ pub fn draw(city: &City, view: &View, page: &mut dyn Canvas) {
 }
 
 /// What lies below everything built.
-fn draw_land(city: &City, view: &View, page: &mut dyn Canvas) {
+fn draw_land(city: &City, backdrop: &Backdrop, view: &View, page: &mut dyn Canvas) {
     page.part("ground");
-    draw_shores(city, view, page);
+    draw_shores(backdrop, view, page);
     page.part("heights");
-    draw_heights(city, view, page);
+    page.stroke(&backdrop.heights, Pen::new(style::HEIGHT_LINE, view.word() * 0.035));
     page.part("blocks");
     page.fill(&areas(view, city.blocks.iter().map(|block| &block.polygon)), style::BLOCK);
 }
@@ -98,23 +117,22 @@ fn draw_colours(city: &City, view: &View, colouring: &Colouring, page: &mut dyn 
     }
 }
 
-fn draw_shores(city: &City, view: &View, page: &mut dyn Canvas) {
+fn draw_shores(backdrop: &Backdrop, view: &View, page: &mut dyn Canvas) {
     let (corner, size) = view.map();
-    match city.site.map("land") {
+    match &backdrop.land {
         None => page.fill(&rectangle(corner, size), style::LAND),
         Some(land) => {
             page.fill(&rectangle(corner, size), style::WATER);
-            let land = outlines(land, view);
-            page.fill(&land, style::LAND);
-            page.stroke(&land, Pen::new(style::SHORE, view.word() * 0.05));
+            page.fill(land, style::LAND);
+            page.stroke(land, Pen::new(style::SHORE, view.word() * 0.05));
         }
     }
-    draw_parks(city, view, page);
+    draw_parks(backdrop, page);
 }
 
-fn draw_parks(city: &City, view: &View, page: &mut dyn Canvas) {
-    if let Some(parks) = city.site.map("parks") {
-        page.fill(&outlines(parks, view), style::PARK);
+fn draw_parks(backdrop: &Backdrop, page: &mut dyn Canvas) {
+    if let Some(parks) = &backdrop.parks {
+        page.fill(parks, style::PARK);
     }
 }
 
@@ -141,14 +159,14 @@ fn outlines(mask: &Raster, view: &View) -> Lines {
     lines
 }
 
-fn draw_heights(city: &City, view: &View, page: &mut dyn Canvas) {
-    let Some(map) = city.site.map("elevation") else { return };
+/// Lines of equal height on the page; none where they would lie too close.
+fn heights(map: &Raster, view: &View) -> Lines {
+    let mut lines = Lines::default();
     let samples = sampled(map, view, HEIGHT_STEP).smoothed();
     let (low, high) = samples.values.iter().fold((f32::MAX, f32::MIN), |(low, high), &v| (low.min(v), high.max(v)));
     let span = f64::from(high - low);
-    let Some(step) = HEIGHT_STEPS.into_iter().find(|step| span / step <= 24.0) else { return };
+    let Some(step) = HEIGHT_STEPS.into_iter().find(|step| span / step <= 24.0) else { return lines };
     let (corner, _) = view.map();
-    let mut lines = Lines::default();
     let first = (f64::from(low) / step).floor() as i64 + 1;
     // Half a metre off the round numbers: water lies flat on one of them.
     for level in (first..).map(|n| (n as f64 * step + 0.5) as f32).take_while(|&level| level < high) {
@@ -160,7 +178,7 @@ fn draw_heights(city: &City, view: &View, page: &mut dyn Canvas) {
             lines.push(simplified(&points, OUTLINE_TOLERANCE), closed);
         }
     }
-    page.stroke(&lines, Pen::new(style::HEIGHT_LINE, view.word() * 0.035));
+    lines
 }
 
 fn draw_parcels(city: &City, view: &View, page: &mut dyn Canvas) {

@@ -18,6 +18,8 @@ use crate::{Cache, City};
 use canvas::Canvas;
 use colouring::Colouring;
 use geom::{Bounds, Digest, Id, Vec2};
+use layers::Backdrop;
+use pixels::{Page, Pixels};
 use std::io::{self, Write};
 use std::sync::Arc;
 use view::View;
@@ -85,32 +87,39 @@ pub enum MapError {
     Png(String),
 }
 
-/// Writes the map as SVG.
+/// Writes the map as SVG. Outlines of the maps of the site are kept in a cache.
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write_svg(city: &City, options: &MapOptions, out: impl Write) -> io::Result<()> {
+pub fn write_svg(city: &City, options: &MapOptions, cache: &Cache, out: impl Write) -> io::Result<()> {
     let (view, colouring) = prepared(city, options);
     let mut page = svg::Svg::new(out, view.width(), view.height(), &title(city, options));
-    draw_ground(city, &view, colouring.as_ref(), &mut page);
+    draw_ground(city, &backdrop(city, &view, cache), &view, colouring.as_ref(), &mut page);
     draw_rest(city, options, &view, colouring.as_ref(), &mut page);
     page.finish()
 }
 
-/// The map as a PNG file. What lies below the buildings is kept in a cache, where it is known what it was made from.
+/// The map as a PNG file. Parts of the picture are kept in a cache, so that only those in which something changed are painted.
 ///
 /// # Errors
 /// See [`MapError`].
 pub fn png(city: &City, options: &MapOptions, cache: &Cache) -> Result<Vec<u8>, MapError> {
     let (view, colouring) = prepared(city, options);
     let ground = cache.part(ground_key(city, &view, colouring.as_ref()), || {
-        let mut page = pixels::Pixels::new(view.width(), view.height())?;
-        draw_ground(city, &view, colouring.as_ref(), &mut page);
-        Ok(page)
+        let mut steps = Pixels::default();
+        draw_ground(city, &backdrop(city, &view, cache), &view, colouring.as_ref(), &mut steps);
+        Page::new(view.width(), view.height()).map(|page| steps.painted(&page, cache))
     });
-    let mut page = Arc::unwrap_or_clone(ground)?;
-    draw_rest(city, options, &view, colouring.as_ref(), &mut page);
-    page.finish()
+    let mut steps = Pixels::default();
+    draw_rest(city, options, &view, colouring.as_ref(), &mut steps);
+    let page = steps.painted((*ground).as_ref().map_err(MapError::clone)?, cache);
+    steps.finish(&page)
+}
+
+/// The outlines of the maps of a city's site on the page.
+fn backdrop(city: &City, view: &View, cache: &Cache) -> Arc<Backdrop> {
+    let key = city.digests.site.map(|site| Digest::new("backdrop of a map").id(site).value(view).finish());
+    cache.part(key, || Backdrop::of(&city.site, view))
 }
 
 /// What the ground of a map is kept by.
@@ -138,10 +147,10 @@ fn prepared(city: &City, options: &MapOptions) -> (View, Option<Colouring>) {
     (if rows > 1 { View::of(city, options, rows) } else { view }, colouring)
 }
 
-fn draw_ground(city: &City, view: &View, colouring: Option<&Colouring>, page: &mut dyn Canvas) {
+fn draw_ground(city: &City, backdrop: &Backdrop, view: &View, colouring: Option<&Colouring>, page: &mut dyn Canvas) {
     match colouring {
-        Some(_) => layers::draw_bare_ground(city, view, page),
-        None => layers::draw_ground(city, view, page),
+        Some(_) => layers::draw_bare_ground(city, backdrop, view, page),
+        None => layers::draw_ground(city, backdrop, view, page),
     }
 }
 
@@ -164,7 +173,7 @@ mod tests {
 
     fn svg_of(city: &City, options: &MapOptions) -> String {
         let mut out = Vec::new();
-        write_svg(city, options, &mut out).unwrap();
+        write_svg(city, options, &Cache::none(), &mut out).unwrap();
         String::from_utf8(out).unwrap()
     }
 
@@ -220,6 +229,28 @@ mod tests {
         }
         city.buildings.pop();
         assert!(png(&city, &options, &cache) == png(&city, &options, &none));
+        city.digests.land = None;
+        city.parcels.pop();
+        assert!(png(&city, &options, &cache) == png(&city, &options, &none));
+    }
+
+    #[test]
+    fn only_what_changed_is_painted_again() {
+        let cache = Cache::in_memory();
+        let empty = Page::new(1300, 700).unwrap();
+        let mut steps = Pixels::default();
+        let mut line = |points: [[f32; 2]; 2], colour| {
+            let mut lines = canvas::Lines::default();
+            lines.push(points, false);
+            steps.stroke(&lines, canvas::Pen::new(colour, 4.0));
+            steps.painted(&empty, &cache)
+        };
+        let (red, blue) = (canvas::Colour(200, 0, 0), canvas::Colour(0, 0, 200));
+        let first = line([[100.0, 100.0], [200.0, 200.0]], red);
+        // Its rim reaches over into the tile on the right.
+        let second = line([[300.0, 600.0], [511.0, 600.0]], blue);
+        assert_eq!(first.shared_tiles(&second), [true, true, true, false, false, true]);
+        assert_eq!(steps.painted(&empty, &cache).shared_tiles(&second), [true; 6]);
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! Where ribbons end, and what lies between their ends.
 
 use super::super::terrain::Terrain;
-use super::super::{CROSSING_LIFT_M, Group, Meshes, STREET_LIFT_M, Surface, TileKey};
+use super::super::tiles::Meshes;
+use super::super::{CROSSING_LIFT_M, STREET_LIFT_M, Surface};
 use super::{CARRIAGEWAY, lay, surface_of};
 use crate::City;
 use geom::predicates::by_angle;
 use geom::{Point, Vec2};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use streets::{Class, NodeKey};
 
@@ -72,6 +74,11 @@ impl Trims {
     pub fn of_run(&self, run: usize) -> [f64; 2] {
         self.trims[run]
     }
+
+    /// What covers the crossings.
+    pub fn covers(&self, city: &City) -> impl Iterator<Item = Cover> {
+        self.crossings.iter().filter_map(|crossing| Cover::of(city, crossing))
+    }
 }
 
 fn arm(city: &City, index: usize, starts: bool) -> Option<(NodeKey, Arm)> {
@@ -130,24 +137,36 @@ fn corner(arm: &Arm, next: &Arm) -> Option<[f64; 2]> {
     (opens || (along < 0.0 && across < 0.0)).then_some([along, across])
 }
 
-/// Adds a cover over every crossing.
-pub fn add_covers(model: &mut Meshes, city: &City, terrain: &Terrain, trims: &Trims) {
-    for crossing in &trims.crossings {
-        let Some(leading) = crossing.arms.iter().map(|arm| arm.class).min() else { continue };
+/// What covers a crossing.
+#[derive(Serialize)]
+pub struct Cover {
+    /// Where the crossing is, in metres.
+    pub at: Vec2,
+    /// From below: what each part is made of, how far it lies above the streets, and its rim, seen from `at`.
+    parts: [(Surface, f64, Vec<Vec2>); 2],
+}
+
+impl Cover {
+    /// `None` where nothing is to be covered.
+    fn of(city: &City, crossing: &Crossing) -> Option<Self> {
+        let leading = crossing.arms.iter().map(|arm| arm.class).min()?;
         // Above or below the ground decks simply meet.
         if crossing.arms.len() < 2 || crossing.arms.iter().all(|arm| arm.level != 0) {
-            continue;
+            return None;
         }
         // Sidewalks turn the corners; the carriageways meet on top of them.
         let covers = [(1.0, Surface::Sidewalk, 0.5), (CARRIAGEWAY, surface_of(city, leading), 1.0)];
-        for (share, surface, lift) in covers {
-            let rim = rim(crossing, share);
-            let tile = TileKey::of(crossing.at);
-            let mesh = model.mesh(tile, Group::Streets, surface);
+        let part = |(share, surface, lift)| (surface, CROSSING_LIFT_M * lift, rim(crossing, share));
+        Some(Self { at: crossing.at, parts: covers.map(part) })
+    }
+
+    /// Adds it to the meshes of its tile.
+    pub fn add_to(&self, meshes: &mut Meshes, terrain: &Terrain) {
+        for (surface, lift, rim) in &self.parts {
             for (i, &p) in rim.iter().enumerate() {
                 let q = rim[(i + 1) % rim.len()];
-                if (p - crossing.at).perp_dot(q - crossing.at) > 0.0 {
-                    lay(mesh, terrain, tile, &[crossing.at, p, q], STREET_LIFT_M + CROSSING_LIFT_M * lift);
+                if (p - self.at).perp_dot(q - self.at) > 0.0 {
+                    lay(meshes, terrain, *surface, &[self.at, p, q], STREET_LIFT_M + lift);
                 }
             }
         }
