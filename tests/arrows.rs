@@ -4,21 +4,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Each crate with the crates of ours that it may name.
-const ARROWS: [(&str, &[&str]); 7] = [
+const ARROWS: [(&str, &[&str]); 8] = [
     ("geom", &[]),
     ("streets", &["geom"]),
     ("layout", &["geom", "streets"]),
     ("buildings", &["geom"]),
     ("script", &["geom", "streets", "layout", "buildings"]),
     ("city", &["geom", "streets", "layout", "buildings", "script"]),
+    ("viewer", &["geom", "streets", "layout", "buildings", "script", "city"]),
     ("suite", &["geom", "streets", "layout", "buildings", "script", "city"]),
 ];
 
 /// Crates of others that only one crate of ours may name: rules are run in `script`, files and threads are `city`'s.
 const RESERVED: [(&str, &[&str]); 5] = [
     ("rhai", &["script"]),
-    ("rayon", &["city"]),
-    ("image", &["city"]),
+    ("rayon", &["city", "viewer"]),
+    ("image", &["city", "viewer"]),
     ("osmpbf", &["city"]),
     ("tempfile", &["city", "suite"]),
 ];

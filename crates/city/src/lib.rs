@@ -5,6 +5,7 @@
 
 pub mod build;
 mod cache;
+pub mod changes;
 mod check;
 pub mod export;
 pub mod load;
@@ -23,8 +24,9 @@ pub mod why;
 
 pub use build::{BuildError, Built, Settings, Until, build, build_with, with_threads};
 pub use cache::{Cache, Digests};
+pub use changes::{Changes, ChangesError};
 pub use check::{Checked, check, rule_host};
-pub use load::{LoadError, Loaded, PresetError, Sources, load};
+pub use load::{LoadError, Loaded, PresetError, Sources, load, load_as_written};
 pub use model::{Area, City, Landmark};
 pub use progress::{Cancel, Progress, Silent, Stage};
 pub use report::{BuiltFrom, CallReport, FaultReport, MarkReport, Report};

@@ -7,7 +7,7 @@ use crate::sources::{
 };
 use crate::stages::keep::Keys;
 use crate::testing::is_tests;
-use crate::{Cache, Site};
+use crate::{Cache, Changes, ChangesError, Site};
 use geom::{Bounds, Digest, Id, Point, Raster, Vec2};
 use script::{
     DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, PresetTarget, RuleKind, SiteInfo, SiteRequest,
@@ -59,6 +59,9 @@ pub enum LoadError {
         /// What is wrong.
         error: ParamError,
     },
+    /// The changes saved beside the script are wrong, or do not suit it any more.
+    #[error(transparent)]
+    Changes(#[from] ChangesError),
     /// A map or street file is missing or wrong.
     #[error("{source_error}\n  hint: {hint}", source_error = .0, hint = .0.hint())]
     Source(#[from] SourceError),
@@ -89,6 +92,8 @@ pub struct Loaded {
     pub script: PathBuf,
     /// What the script asks for; change it with [`Plan::set`].
     pub plan: Plan,
+    /// The saved changes that were laid over it.
+    pub changes: Changes,
     /// What the script printed.
     pub printed: Vec<String>,
     /// What is wrong or doubtful in it and its rules, found without building, and stops nothing.
@@ -129,12 +134,23 @@ pub struct ImportFile {
     pub credit: Option<String>,
 }
 
-/// Runs the script of a city: a folder with a `city.rhai`, or the script itself. Rules are looked up in the city's
-/// folder, then in `rules`, then in the built-in library.
+/// Runs the script of a city, a folder with a `city.rhai` or the script itself, and lays over it what people changed
+/// ([`Changes`]). Rules are looked up in the city's folder, then in `rules`, then in the built-in library.
+///
+/// # Errors
+/// [`LoadError`] when there is no script, it fails, or the changes do not suit it.
+pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
+    let mut loaded = load_as_written(city, rules)?;
+    loaded.changes = Changes::saved(&loaded.script)?;
+    loaded.changes.clone().lay_over(&mut loaded)?;
+    Ok(loaded)
+}
+
+/// The same without the changes.
 ///
 /// # Errors
 /// [`LoadError`] when there is no script, or it fails.
-pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
+pub fn load_as_written(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
     let script = if city.is_dir() { city.join("city.rhai") } else { city.to_path_buf() };
     let text = read_script(&script).map_err(|error| missing(city, &script, &error))?;
     let folder = match script.parent() {
@@ -156,6 +172,7 @@ pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
         folder,
         script,
         plan,
+        changes: Changes::default(),
         printed,
         doubts: checked.faults,
         texts,

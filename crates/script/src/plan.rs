@@ -3,7 +3,7 @@
 use crate::fault::{Fault, Faults};
 use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::pattern::PatternPlan;
-use crate::preset::{Preset, PresetTarget};
+use crate::preset::{Preset, PresetTarget, in_district};
 use crate::rule::{Rule, RuleKind};
 use geom::{Cells, Id, Point, Polygon, Raster, Vec2};
 use layout::Use;
@@ -457,20 +457,91 @@ impl Plan {
         self.roles().into_iter().flat_map(of_rule).collect()
     }
 
-    /// Sets what `--set` names: `seed=7` or `minors.pattern.block_width=90`.
+    /// Sets what `--set` names: `seed=7`, `minors.pattern.block_width=90`, or the same in one place,
+    /// `district:old town.minors.pattern.block_width=60` and `quarter:ID.seed=3`.
     pub fn set(&mut self, assignment: &str) -> Result<(), ParamError> {
         let Some((address, text)) = assignment.split_once('=') else {
             let hint = Some("write minors.pattern.block_width=90".to_owned());
             return Err(ParamError { message: format!("`{assignment}` sets nothing: it has no `=`"), hint });
         };
-        if address.trim() == "seed" {
+        let address = address.trim();
+        if let Some(place) = address.strip_prefix("quarter:") {
+            return self.set_in_quarter(place, text);
+        }
+        if let Some(place) = address.strip_prefix("district:") {
+            return self.set_in_district(place, text);
+        }
+        if address == "seed" {
             self.seed = parse_seed(text)?;
             return Ok(());
         }
-        let (role, name) = self.address(address.trim())?;
+        let (role, name) = self.address(address)?;
         let changed = self.rule(&role).with_text(&name, text)?;
         *self.rule_mut(&role) = changed;
         Ok(())
+    }
+
+    /// Sets `ID.seed` or `ID.minors.pattern.block_width`.
+    fn set_in_quarter(&mut self, address: &str, text: &str) -> Result<(), ParamError> {
+        let (id, address) = address.split_once('.').unwrap_or((address, ""));
+        let target = format!("quarter:{id}").parse();
+        let Ok(PresetTarget::Quarter(id)) = target else {
+            let hint = Some("write quarter:ID.minors.pattern.block_width=90".to_owned());
+            return Err(ParamError { message: target.err().unwrap_or_default(), hint });
+        };
+        if address == "seed" {
+            self.quarters.entry(id).or_default().seed = Some(parse_seed(text)?);
+            return Ok(());
+        }
+        let there = self.in_quarter(Some(id));
+        let (role, name) = there.address(address)?;
+        no_arterials(&role)?;
+        let value = there.rule(&role).params().with_text(&name, text)?.get(&name).cloned();
+        if let Some(value) = value {
+            self.quarters.entry(id).or_default().set.insert(address.to_owned(), value);
+        }
+        Ok(())
+    }
+
+    /// Sets `old town.minors.pattern.block_width`: elsewhere the value stays what it is.
+    fn set_in_district(&mut self, address: &str, text: &str) -> Result<(), ParamError> {
+        // Names of districts may hold dots, too.
+        let parted = address.match_indices('.').map(|(at, _)| (&address[..at], &address[at + 1..]));
+        let mut first = None;
+        let found = parted.into_iter().find_map(|(district, rest)| {
+            let found = self.address(rest).map_err(|error| first.get_or_insert(error).clone()).ok()?;
+            Some((district.trim().to_owned(), found))
+        });
+        let Some((district, (role, name))) = found else {
+            let hint = Some("write district:NAME.minors.pattern.block_width=90".to_owned());
+            let nothing = ParamError { message: format!("`district:{address}` names no parameter"), hint };
+            return Err(first.unwrap_or(nothing));
+        };
+        let rule = self.rule(&role);
+        let params = rule.params();
+        let value = params.with_text(&name, text)?.get(&name).cloned();
+        let (Some(value), Some(other)) = (value, params.get(&name).cloned()) else { return Ok(()) };
+        let params = params.with_value(&name, in_district(other, &district, value))?;
+        *self.rule_mut(&role) = rule.with(params);
+        Ok(())
+    }
+
+    /// The present value of what [`Plan::set`] names, as people read it; `None` where there is no such thing.
+    pub fn value(&self, address: &str) -> Option<String> {
+        if let Some(place) = address.strip_prefix("quarter:") {
+            let (id, address) = place.split_once('.')?;
+            let id: Id = id.parse().ok()?;
+            let seed = || self.seed_in(id).map_or("the city's".to_owned(), |seed| seed.to_string());
+            return if address == "seed" { Some(seed()) } else { self.in_quarter(Some(id)).value(address) };
+        }
+        if let Some(place) = address.strip_prefix("district:") {
+            return place.match_indices('.').find_map(|(at, _)| self.value(&place[at + 1..]));
+        }
+        if address == "seed" {
+            return Some(self.seed.to_string());
+        }
+        let (role, name) = self.address(address).ok()?;
+        self.rule(&role).params().get(&name).map(ToString::to_string)
     }
 
     /// The maps that parameters are read from or name, by name.
@@ -684,6 +755,16 @@ impl Plan {
         };
         rule.expect("`address` gives roles of this plan only")
     }
+}
+
+/// Refuses roles that cannot differ in a quarter.
+pub(crate) fn no_arterials(role: &str) -> Result<(), ParamError> {
+    if !["highways", "majors"].iter().any(|class| role.starts_with(&format!("{class}."))) {
+        return Ok(());
+    }
+    let message = format!("`{role}` cannot differ in a quarter: quarters are there only when these streets have grown");
+    let hint = Some("in a quarter `minors.…`, `parcels.…` and `buildings.…` can differ".to_owned());
+    Err(ParamError { message, hint })
 }
 
 /// The width of streets as a parameter: what it may be.

@@ -414,7 +414,7 @@ fn merged(known: &Rule, own: &Rule, district: &str) -> Option<Rule> {
 }
 
 /// A value that is another in a district.
-fn in_district(before: Value, district: &str, own: Value) -> Value {
+pub(crate) fn in_district(before: Value, district: &str, own: Value) -> Value {
     let mut values = match before {
         Value::District(values) => (*values).clone(),
         other => DistrictValues { named: BTreeMap::new(), other },

@@ -400,3 +400,65 @@ proptest! {
         prop_assert_eq!(count, (share * 3.0 + 1.0).clamp(0.0, 9.0).round() as i32);
     }
 }
+
+mod set_by_place {
+    use super::common;
+    use geom::Id;
+    use script::Plan;
+
+    const CITY: &str = r#"
+    city(#{
+        site: site(#{ size: [500, 500] }),
+        minors: streets(#{ pattern: rule("streets/grid") }),
+        majors: streets(#{ pattern: rule("streets/grid") }),
+        parcels: rule("parcels/recursive"),
+    });
+    "#;
+    const QUARTER: &str = "00000000000000000000000000000007";
+
+    fn plan() -> Plan {
+        common::city(CITY).expect("a plan").plan
+    }
+
+    #[test]
+    fn a_value_of_a_quarter_holds_there_alone() {
+        let (mut plan, there) = (plan(), Some(Id(7)));
+        let before = plan.value("minors.pattern.block_width");
+        plan.set(&format!("quarter:{QUARTER}.minors.pattern.block_width=66")).unwrap();
+        plan.set(&format!("quarter:{QUARTER}.seed=3")).unwrap();
+        assert_eq!(plan.value("minors.pattern.block_width"), before);
+        assert_eq!(plan.in_quarter(there).value("minors.pattern.block_width").as_deref(), Some("66"));
+        assert_eq!(plan.value(&format!("quarter:{QUARTER}.minors.pattern.block_width")).as_deref(), Some("66"));
+        assert_eq!(plan.seed_in(Id(7)), Some(3));
+    }
+
+    #[test]
+    fn a_value_of_a_district_stands_beside_the_one_elsewhere() {
+        let mut plan = plan();
+        let other = plan.value("minors.pattern.block_width").unwrap();
+        plan.set("district:St. John's.minors.pattern.block_width=66").unwrap();
+        plan.set("district:harbour.minors.pattern.block_width=77").unwrap();
+        let told = plan.value("minors.pattern.block_width");
+        assert_eq!(told, Some(format!("66 in St. John's, 77 in harbour, else {other}")));
+    }
+
+    #[test]
+    fn what_cannot_hold_there_is_refused_and_changes_nothing() {
+        let mut plan = plan();
+        let before = format!("{:?}", plan.digests());
+        let wrong = [
+            (format!("quarter:{QUARTER}.majors.pattern.block_width=66"), "cannot differ in a quarter"),
+            (format!("quarter:{QUARTER}.minors.pattern.block_width=6666"), "must be a number from"),
+            (format!("quarter:{QUARTER}.minors.pattern.blocks=1"), "there is no parameter"),
+            ("quarter:7.seed=1".into(), "names no quarter"),
+            ("district:harbour.minors.block=1".into(), "nothing in this city is called"),
+            ("district:harbour=1".into(), "names no parameter"),
+            ("district:harbour.minors.pattern.block_width=wide".into(), "must be a number from"),
+        ];
+        for (assignment, told) in wrong {
+            let error = plan.set(&assignment).unwrap_err();
+            assert!(error.message.contains(told), "{assignment}: {error}");
+        }
+        assert_eq!(format!("{:?}", plan.digests()), before);
+    }
+}

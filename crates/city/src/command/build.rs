@@ -8,8 +8,8 @@ use city::export::{ColourBy, MapOptions, Mark};
 use city::progress::{Progress, Stage};
 use city::why::{Answer, explain, find};
 use city::{
-    BuildError, Built, BuiltFrom, Cache, Cancel, City, FaultReport, LoadError, Loaded, MarkReport, PresetError, Report,
-    Settings, Sources, Trace, build_with, export, load, with_threads,
+    BuildError, Built, BuiltFrom, Cache, Cancel, Changes, City, FaultReport, LoadError, Loaded, MarkReport,
+    PresetError, Report, Settings, Sources, Trace, build_with, export, load, with_threads,
 };
 use geom::Vec2;
 use script::Texts;
@@ -71,7 +71,7 @@ struct Written {
 fn build_and_write(arguments: &BuildArguments, cache: &Cache, bars: &Bars) -> Result<(Written, Texts), Failure> {
     let cancel = stop_on_interrupt();
     let loaded = loaded(arguments)?;
-    tell_printed(&loaded);
+    tell_loaded(arguments, &loaded);
     export::prepare(&arguments.out).map_err(|error| failed(&error))?;
     let sources = sources(arguments, &loaded, cache)?;
     let built = built(arguments, &sources, cache, bars, &cancel)?;
@@ -82,9 +82,14 @@ fn build_and_write(arguments: &BuildArguments, cache: &Cache, bars: &Bars) -> Re
     Ok((written, loaded.texts))
 }
 
-/// What the city's script printed.
-fn tell_printed(loaded: &Loaded) {
+/// What the city's script printed, and whether changes were laid over it.
+fn tell_loaded(arguments: &BuildArguments, loaded: &Loaded) {
     loaded.printed.iter().for_each(|line| eprintln!("{line}"));
+    if !loaded.changes.is_empty() && !arguments.quiet && !arguments.json {
+        let file = Changes::file_of(&loaded.script);
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        eprintln!("     script  {} changes of {name} laid over it", loaded.changes.len());
+    }
 }
 
 fn failed(error: &dyn std::fmt::Display) -> Failure {

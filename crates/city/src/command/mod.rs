@@ -78,7 +78,8 @@ struct BuildArguments {
     /// quarter:ID=campus; may be given many times.
     #[arg(long, value_name = "[WHERE=]NAME")]
     preset: Vec<String>,
-    /// Sets a parameter by its role, e.g. minors.pattern.block_width=90; may be given many times.
+    /// Sets a parameter by its role, e.g. minors.pattern.block_width=90, or in one place alone, e.g.
+    /// quarter:ID.minors.pattern.block_width=90 and "district:old town.parcels.least_area=200"; may be given many times.
     #[arg(long = "set", value_name = "ROLE.PARAM=VALUE")]
     set: Vec<String>,
     /// Looks rules up here after the city's own folder and before the library.

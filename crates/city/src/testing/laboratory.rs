@@ -18,6 +18,7 @@ impl CityLaboratory {
     /// The city of a plan.
     pub fn city(&self, plan: Plan) -> Result<Built, TownError> {
         let loaded = Loaded {
+            changes: crate::Changes::default(),
             name: "town".into(),
             folder: self.folder.clone(),
             script: self.folder.join("test"),

@@ -6,7 +6,7 @@ use super::streets::rules_of;
 use crate::fault::Complaint;
 use crate::host::kind_of;
 use crate::param::{Literal, Value};
-use crate::plan::{Landmark, MapRef, Plan, QuarterPlan, SitePlan, StreetPlan};
+use crate::plan::{Landmark, MapRef, Plan, QuarterPlan, SitePlan, StreetPlan, no_arterials};
 use crate::preset::{Preset, PresetTarget, presets_of};
 use crate::rule::RuleKind;
 use crate::words::options::{Options, cast};
@@ -204,12 +204,7 @@ fn setting(name: &str, value: &Dynamic, plan: &Plan) -> Result<(String, Value), 
     let address = if name.contains('.') { name.to_owned() } else { bare_address(name, plan)? };
     let complain = |error: crate::ParamError| Complaint::new(error.message).maybe_hint(error.hint).key("quarters");
     let (role, name) = plan.address(&address).map_err(complain)?;
-    if ["highways", "majors"].iter().any(|class| role.starts_with(&format!("{class}."))) {
-        let message =
-            format!("`{role}` cannot differ in a quarter: quarters are there only when these streets have grown");
-        let help = "in a quarter `minors.…`, `parcels.…` and `buildings.…` can differ";
-        return Err(Complaint::new(message).hint(help).key("quarters"));
-    }
+    no_arterials(&role).map_err(complain)?;
     let rule = plan.rule_of(&role).ok_or_else(|| Complaint::new(format!("nothing plays the role {role}")))?;
     let params = rule.params().with_dynamic(&name, value).map_err(complain)?;
     let value = params.get(&name).cloned();

@@ -1,8 +1,8 @@
 //! `plat build --watch`.
 
 use super::{
-    Bars, BuildArguments, Failure, Status, Written, built, cache_of, loaded, sources, tell, tell_printed,
-    tell_problems, write,
+    Bars, BuildArguments, Failure, Status, Written, built, cache_of, loaded, sources, tell, tell_loaded, tell_problems,
+    write,
 };
 use city::watch::WatchError;
 use city::{Cache, Cancel, Loaded, Watch, export};
@@ -190,7 +190,7 @@ impl Session<'_> {
 
     fn build(&mut self, loaded: &Loaded, watch: &Watch, begin: Instant) -> Result<(), Failure> {
         let arguments = self.arguments;
-        tell_printed(loaded);
+        tell_loaded(arguments, loaded);
         let sources = sources(arguments, loaded, &self.cache)?;
         let digest = sources.digest(&self.cache);
         if let Some((last, written, texts)) = &self.last

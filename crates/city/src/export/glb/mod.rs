@@ -9,7 +9,7 @@ mod streets;
 mod terrain;
 mod tiles;
 
-pub use pack::{GlbError, write};
+pub use pack::{GlbError, colour, write};
 
 use crate::{Cache, City};
 use geom::{Digest, Id, Mesh, Vec2, Vec3};

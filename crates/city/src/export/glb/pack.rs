@@ -238,6 +238,11 @@ fn group_name(group: Group) -> &'static str {
     }
 }
 
+/// The colour (sRGB) of what a surface is made of.
+pub fn colour(surface: Surface) -> [u8; 3] {
+    look(surface).1
+}
+
 /// Name, colour (sRGB) and roughness of a material.
 fn look(surface: Surface) -> (&'static str, [u8; 3], f32) {
     match surface {

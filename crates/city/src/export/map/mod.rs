@@ -10,13 +10,12 @@ mod furniture;
 mod landmarks;
 mod layers;
 mod pixels;
-mod style;
+pub mod style;
 mod svg;
 mod view;
 
 use crate::{Cache, City};
 use canvas::Canvas;
-use colouring::Colouring;
 use geom::{Bounds, Digest, Id, Vec2};
 use layers::Backdrop;
 use pixels::{Page, Pixels};
@@ -66,7 +65,8 @@ impl Default for MapOptions {
     }
 }
 
-pub use colouring::ColourBy;
+pub use canvas::Colour;
+pub use colouring::{ColourBy, Colouring, Entry, Stretch};
 
 /// Why a map could not be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

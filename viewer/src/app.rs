@@ -1,0 +1,489 @@
+//! The window.
+
+use crate::command::Arguments;
+use crate::panels::{Docks, Pane, usual};
+use crate::preferences::{Preferences, Theme};
+use crate::render::Gpu;
+use crate::state::{Command, State};
+use crate::worker::Wake;
+use eframe::egui::{self, Button, CentralPanel, Key, KeyboardShortcut, Modifiers, Panel, ScrollArea, TextEdit, Ui};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The window's contents.
+pub struct App {
+    state: State,
+    docks: egui_tiles::Tree<Pane>,
+    /// Whether what can be done is listed.
+    palette: bool,
+    /// A path being typed, where the system has no dialogs.
+    path: Option<String>,
+    /// Whether people are asked what becomes of changes before the window closes.
+    closing: bool,
+    /// What the window is called.
+    title: String,
+}
+
+/// Opens a window.
+///
+/// # Errors
+/// When the system has none, or nothing to draw with.
+pub fn open(arguments: &Arguments) -> Result<(), String> {
+    let viewport =
+        egui::ViewportBuilder::default().with_inner_size([1500.0, 900.0]).with_min_inner_size([320.0, 240.0]);
+    let options = eframe::NativeOptions { viewport: viewport.with_title("Plat"), ..eframe::NativeOptions::default() };
+    let (city, rules) = (arguments.city.clone(), arguments.rules.clone());
+    let create: eframe::AppCreator = Box::new(move |context| {
+        let mut app = App::new(context, Preferences::file(), rules);
+        app.state.commands.extend(city.map(Command::Open));
+        Ok(Box::new(app))
+    });
+    eframe::run_native("plat-view", options, create).map_err(|error| {
+        format!("no window could be opened: {error}\n  hint: plat-view --screenshot CITY -o PNG draws without one")
+    })
+}
+
+impl App {
+    /// The contents of a window; preferences are kept in a file, where there is one.
+    pub fn new(context: &eframe::CreationContext, preferences: Option<PathBuf>, rules: Option<PathBuf>) -> Self {
+        let render = context.wgpu_render_state.as_ref();
+        let gpu = render.map(|render| {
+            let info = render.adapter.get_info();
+            let about = format!("{} ({:?})", info.name, info.backend);
+            Gpu { device: render.device.clone(), queue: render.queue.clone(), about }
+        });
+        let wake: Wake = {
+            let context = context.egui_ctx.clone();
+            Arc::new(move || context.request_repaint())
+        };
+        let state = State::new(gpu, preferences, rules, wake);
+        chosen(&context.egui_ctx, &state.preferences);
+        Self { state, docks: usual(), palette: false, path: None, closing: false, title: String::new() }
+    }
+
+    /// What there is to know.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The same, to be changed by tests.
+    pub fn state_mut(&mut self) -> &mut State {
+        &mut self.state
+    }
+
+    /// Shows a pane.
+    fn bring_up(&mut self, pane: Pane) {
+        self.docks.make_active(|_, tile| matches!(tile, egui_tiles::Tile::Pane(other) if *other == pane));
+    }
+}
+
+/// Makes everything look as people chose.
+fn chosen(context: &egui::Context, preferences: &Preferences) {
+    context.set_theme(match preferences.theme {
+        Theme::System => egui::ThemePreference::System,
+        Theme::Light => egui::ThemePreference::Light,
+        Theme::Dark => egui::ThemePreference::Dark,
+    });
+    context.set_zoom_factor(preferences.scale);
+}
+
+const fn with_command(key: Key) -> KeyboardShortcut {
+    KeyboardShortcut::new(Modifiers::COMMAND, key)
+}
+
+/// What can be done from menus, the keyboard and the palette.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Action {
+    Open,
+    Save,
+    Undo,
+    Redo,
+    ResetAll,
+    Build,
+    Cancel,
+    Fit,
+    Why,
+    Palette,
+    Larger,
+    Smaller,
+    Show(Pane),
+}
+
+impl Action {
+    /// All of them, by menu.
+    const MENUS: [(&'static str, &'static [Self]); 4] = [
+        ("File", &[Self::Open, Self::Save]),
+        ("Edit", &[Self::Undo, Self::Redo, Self::ResetAll]),
+        (
+            "View",
+            &[
+                Self::Fit,
+                Self::Larger,
+                Self::Smaller,
+                Self::Show(Pane::View(crate::viewport::View::Map)),
+                Self::Show(Pane::View(crate::viewport::View::Model)),
+                Self::Show(Pane::Presets),
+                Self::Show(Pane::Parameters),
+                Self::Show(Pane::Layers),
+                Self::Show(Pane::Inspector),
+                Self::Show(Pane::Statistics),
+                Self::Show(Pane::Problems),
+            ],
+        ),
+        ("City", &[Self::Build, Self::Cancel, Self::Why, Self::Palette]),
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Open => "Open a city…",
+            Self::Save => "Save changes",
+            Self::Undo => "Undo",
+            Self::Redo => "Redo",
+            Self::ResetAll => "Reset all values",
+            Self::Build => "Build again",
+            Self::Cancel => "Give up building",
+            Self::Fit => "Look at what is picked",
+            Self::Why => "Why is this here?",
+            Self::Palette => "All that can be done…",
+            Self::Larger => "Larger",
+            Self::Smaller => "Smaller",
+            Self::Show(pane) => pane.name(),
+        }
+    }
+
+    fn shortcut(self) -> Option<KeyboardShortcut> {
+        Some(match self {
+            Self::Open => with_command(Key::O),
+            Self::Save => with_command(Key::S),
+            Self::Undo => with_command(Key::Z),
+            Self::Redo => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
+            Self::Build => with_command(Key::B),
+            Self::Fit => with_command(Key::F),
+            Self::Why => with_command(Key::I),
+            Self::Palette => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P),
+            Self::Larger => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Plus),
+            Self::Smaller => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Minus),
+            Self::ResetAll | Self::Cancel | Self::Show(_) => return None,
+        })
+    }
+
+    fn all() -> impl Iterator<Item = Self> {
+        Self::MENUS.into_iter().flat_map(|(_, actions)| actions.iter().copied())
+    }
+
+    fn is_possible(self, state: &State) -> bool {
+        match self {
+            Self::Save => state.ready.is_some() && !state.history.is_saved(),
+            Self::Undo => state.history.to_undo().is_some(),
+            Self::Redo => state.history.to_redo().is_some(),
+            Self::Build => state.city.is_some(),
+            Self::ResetAll | Self::Fit => state.ready.is_some(),
+            Self::Cancel => state.under.is_some(),
+            Self::Why => state.selected.is_some(),
+            Self::Open | Self::Palette | Self::Larger | Self::Smaller | Self::Show(_) => true,
+        }
+    }
+}
+
+impl App {
+    fn act(&mut self, ui: &Ui, action: Action) {
+        let commands = &mut self.state.commands;
+        match action {
+            Action::Open => self.ask_for_city(),
+            Action::Save => commands.push(Command::Save),
+            Action::Undo => commands.push(Command::Undo),
+            Action::Redo => commands.push(Command::Redo),
+            Action::ResetAll => commands.push(Command::ResetAll),
+            Action::Build => commands.push(Command::Build),
+            Action::Cancel => commands.push(Command::Cancel),
+            Action::Fit => commands.push(Command::Fit),
+            Action::Why => {
+                commands.push(Command::Ask);
+                self.bring_up(Pane::Inspector);
+            }
+            Action::Palette => {
+                self.state.filters.palette.clear();
+                self.palette = true;
+            }
+            Action::Larger | Action::Smaller => {
+                let by = if action == Action::Larger { 1.1 } else { 1.0 / 1.1 };
+                self.state.preferences.scale = (self.state.preferences.scale * by).clamp(0.5, 4.0);
+                chosen(ui.ctx(), &self.state.preferences);
+                self.state.remember();
+            }
+            Action::Show(pane) => self.bring_up(pane),
+        }
+    }
+
+    /// By the system's own dialog, or by typing where there is none.
+    fn ask_for_city(&mut self) {
+        let has_dialogs = std::env::var_os("DBUS_SESSION_BUS_ADDRESS").is_some() || !cfg!(target_os = "linux");
+        let picked = has_dialogs.then(|| rfd::FileDialog::new().set_title("Open a city").pick_folder());
+        match picked {
+            Some(Some(folder)) => self.state.commands.push(Command::Open(folder)),
+            Some(None) => {}
+            None => self.path = Some(String::new()),
+        }
+    }
+
+    fn menus(&mut self, ui: &mut Ui) {
+        let mut done = None;
+        egui::MenuBar::new().ui(ui, |ui| {
+            for (name, actions) in Action::MENUS {
+                ui.menu_button(name, |ui| {
+                    for &action in actions {
+                        let keys = action.shortcut().map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+                        let button = Button::new(action.name()).shortcut_text(keys);
+                        if ui.add_enabled(action.is_possible(&self.state), button).clicked() {
+                            done = Some(action);
+                            ui.close();
+                        }
+                    }
+                    match name {
+                        "File" => self.recent(ui),
+                        "View" => self.themes(ui),
+                        _ => {}
+                    }
+                });
+            }
+            self.status(ui);
+        });
+        if let Some(action) = done {
+            self.act(ui, action);
+        }
+    }
+
+    fn recent(&mut self, ui: &mut Ui) {
+        ui.separator();
+        for city in self.state.preferences.recent.clone() {
+            if ui.button(city.display().to_string()).clicked() {
+                self.state.commands.push(Command::Open(city));
+                ui.close();
+            }
+        }
+    }
+
+    fn themes(&mut self, ui: &mut Ui) {
+        ui.separator();
+        for theme in Theme::ALL {
+            if ui.radio_value(&mut self.state.preferences.theme, theme, theme.name()).clicked() {
+                chosen(ui.ctx(), &self.state.preferences);
+                self.state.remember();
+            }
+        }
+    }
+
+    /// What is going on, on the right of the menus.
+    fn status(&mut self, ui: &mut Ui) {
+        ui.separator();
+        if let Some((stage, share)) = self.state.under {
+            ui.spinner();
+            let percent = share.map_or(String::new(), |share| format!(" {:.0} %", share * 100.0));
+            ui.label(format!("{stage}{percent}"));
+            if ui.small_button("Give up").clicked() {
+                self.state.commands.push(Command::Cancel);
+            }
+        } else if self.state.failure.is_some() {
+            ui.colored_label(ui.visuals().error_fg_color, "does not build: see Problems");
+        } else if let Some(ready) = &self.state.ready {
+            let buildings = ready.built.city.buildings.len();
+            ui.weak(format!("{}: {buildings} buildings, {:.2} s", ready.built.city.name, ready.took.as_secs_f64()));
+        }
+        if !self.state.history.is_saved() {
+            ui.label("changed");
+            if ui.small_button("Save").clicked() {
+                self.state.commands.push(Command::Save);
+            }
+        }
+    }
+
+    fn shortcuts(&mut self, ui: &Ui) {
+        // Longer combinations first: without Shift they would be others.
+        let mut all: Vec<Action> = Action::all().collect();
+        all.sort_by_key(|action| std::cmp::Reverse(action.shortcut().is_some_and(|keys| keys.modifiers.shift)));
+        for action in all {
+            let pressed =
+                action.shortcut().is_some_and(|keys| ui.ctx().input_mut(|input| input.consume_shortcut(&keys)));
+            if pressed && action.is_possible(&self.state) {
+                self.act(ui, action);
+            }
+        }
+    }
+
+    /// All that can be done, to be found by typing.
+    fn show_palette(&mut self, ui: &Ui) {
+        if !self.palette {
+            return;
+        }
+        let mut done = None;
+        let modal = egui::Modal::new(egui::Id::unique("palette")).show(ui.ctx(), |ui| {
+            ui.set_width(420.0);
+            let label = ui.label("All that can be done");
+            let edit = ui
+                .add(TextEdit::singleline(&mut self.state.filters.palette).desired_width(400.0))
+                .labelled_by(label.id);
+            edit.request_focus();
+            let wanted = self.state.filters.palette.to_lowercase();
+            let found = Action::all().filter(|action| {
+                action.name().to_lowercase().contains(&wanted)
+                    && action.is_possible(&self.state)
+                    && *action != Action::Palette
+            });
+            let enter = ui.input(|input| input.key_pressed(Key::Enter));
+            ScrollArea::vertical().max_height(400.0).show(ui, |ui| {
+                for (i, action) in found.enumerate() {
+                    let keys = action.shortcut().map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+                    let button = ui.add(Button::new(action.name()).shortcut_text(keys).min_size([400.0, 0.0].into()));
+                    if button.clicked() || (i == 0 && enter) {
+                        done = Some(action);
+                    }
+                }
+            });
+        });
+        if modal.should_close() || done.is_some() {
+            self.palette = false;
+        }
+        if let Some(action) = done {
+            self.act(ui, action);
+        }
+    }
+
+    /// A path to type, where the system has no dialogs.
+    fn show_path(&mut self, ui: &Ui) {
+        let Some(path) = &mut self.path else { return };
+        let mut opened = None;
+        let modal = egui::Modal::new(egui::Id::unique("path")).show(ui.ctx(), |ui| {
+            ui.set_width(480.0);
+            let label = ui.label("Folder of the city, or its script");
+            let edit = ui.add(TextEdit::singleline(path).desired_width(460.0)).labelled_by(label.id);
+            let enter = edit.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            if ui.button("Open").clicked() || enter {
+                opened = Some(PathBuf::from(path.trim()));
+            }
+        });
+        if modal.should_close() || opened.is_some() {
+            self.path = None;
+        }
+        self.state.commands.extend(opened.map(Command::Open));
+    }
+
+    /// What went wrong, until it is read.
+    fn show_message(&mut self, ui: &mut Ui) {
+        let Some(message) = self.state.message.clone() else { return };
+        Panel::bottom("message").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.colored_label(ui.visuals().error_fg_color, message);
+                if ui.button("Dismiss").clicked() {
+                    self.state.commands.push(Command::Dismiss);
+                }
+            });
+        });
+    }
+
+    /// Before the window closes people are asked what becomes of their changes.
+    fn show_closing(&mut self, ui: &Ui) {
+        let wants_to_close = ui.ctx().input(|input| input.viewport().close_requested());
+        if wants_to_close && !self.state.history.is_saved() && !self.closing {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.closing = true;
+        }
+        if !self.closing {
+            return;
+        }
+        let mut close = false;
+        let modal = egui::Modal::new(egui::Id::unique("closing")).show(ui.ctx(), |ui| {
+            ui.label("The changes of the city are not saved.");
+            ui.horizontal(|ui| {
+                if ui.button("Save and close").clicked() {
+                    self.state.carry_out(Command::Save);
+                    close = self.state.history.is_saved();
+                    self.closing = close;
+                }
+                if ui.button("Close without saving").clicked() {
+                    close = true;
+                }
+                if ui.button("Stay").clicked() {
+                    self.closing = false;
+                }
+            });
+        });
+        if close {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+        } else if modal.should_close() {
+            self.closing = false;
+        }
+    }
+
+    /// Cities to choose from at the first start.
+    fn start(&mut self, ui: &mut Ui) {
+        ui.heading("Plat");
+        ui.label("Grow, edit and build cities from rules. Drop a city's folder here, or choose one.");
+        if ui.button("Open a city…").clicked() {
+            self.ask_for_city();
+        }
+        let recent = self.state.preferences.recent.clone();
+        for (heading, cities) in [("Opened before", recent), ("Shipped with Plat", shipped())] {
+            if !cities.is_empty() {
+                ui.add_space(12.0);
+                ui.strong(heading);
+            }
+            ui.horizontal_wrapped(|ui| {
+                for city in cities {
+                    let name =
+                        city.file_name().map_or_else(String::new, |name| name.to_string_lossy().replace('_', " "));
+                    let button = Button::new(&name).min_size([140.0, 44.0].into());
+                    if ui.add(button).on_hover_text(city.display().to_string()).clicked() {
+                        self.state.commands.push(Command::Open(city));
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// The cities that come with the program, where they lie beside it.
+fn shipped() -> Vec<PathBuf> {
+    let beside = std::env::current_exe().ok();
+    let places = beside.iter().flat_map(|path| path.ancestors().map(Path::to_path_buf)).chain([PathBuf::from(".")]);
+    let folder = places.map(|place| place.join("scripts")).find(|folder| folder.is_dir());
+    let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok()).into_iter().flatten().flatten();
+    let mut cities: Vec<PathBuf> =
+        entries.map(|entry| entry.path()).filter(|path| path.join("city.rhai").is_file()).collect();
+    cities.sort();
+    cities
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
+        self.state.catch_up();
+        self.shortcuts(ui);
+        let dropped =
+            ui.ctx().input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).next());
+        self.state.commands.extend(dropped.map(Command::Open));
+        let before = self.state.preferences.layers.clone();
+        Panel::top("menus").show(ui, |ui| self.menus(ui));
+        self.show_message(ui);
+        if self.state.city.is_none() {
+            CentralPanel::default().show(ui, |ui| ScrollArea::vertical().show(ui, |ui| self.start(ui)));
+        } else {
+            let mut docks = Docks { state: &mut self.state, render: frame.wgpu_render_state() };
+            CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.docks.ui(&mut docks, ui));
+        }
+        self.show_palette(ui);
+        self.show_path(ui);
+        self.show_closing(ui);
+        if self.state.preferences.layers != before {
+            self.state.remember();
+        }
+        let title = self.state.title();
+        if title != self.title {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+        if !self.state.commands.is_empty() {
+            // Carried out at once, shown in the next frame.
+            self.state.catch_up();
+            ui.ctx().request_repaint();
+        }
+    }
+}

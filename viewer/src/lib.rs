@@ -1,0 +1,17 @@
+//! The viewer: a city whose rules are live. It owns no data of the city: it shows what `city` builds, and writes changes.
+
+pub mod app;
+pub mod asked;
+pub mod command;
+pub mod gallery;
+pub mod history;
+pub mod inspect;
+pub mod panels;
+pub mod preferences;
+pub mod render;
+pub mod scene;
+pub mod screenshot;
+pub mod shown;
+pub mod state;
+pub mod viewport;
+pub mod worker;

@@ -1,0 +1,47 @@
+//! What is picked: its measures, and why it is there.
+
+use crate::inspect::facts;
+use crate::state::{Command, State};
+use eframe::egui::{Grid, RichText, Ui};
+
+/// Shows it.
+pub fn ui(ui: &mut Ui, state: &mut State) {
+    let (Some(ready), Some(element)) = (state.ready.clone(), state.selected.clone()) else {
+        ui.weak("Click something on the map or in the model; click again for what lies around it.");
+        return;
+    };
+    ui.heading(element.kind.name());
+    Grid::new("facts").num_columns(2).show(ui, |ui| {
+        for (name, value) in facts(&ready.built.city, &element) {
+            ui.weak(name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+    ui.horizontal(|ui| {
+        if ui.button("Look at it").clicked() {
+            state.commands.push(Command::Fit);
+        }
+        if ui.button("Why is this here?").clicked() {
+            state.commands.push(Command::Ask);
+        }
+        if ui.button("Let go").on_hover_text("Picks nothing").clicked() {
+            state.commands.push(Command::Select(None));
+        }
+    });
+    if state.asked.is_asking() {
+        ui.horizontal(|ui| {
+            ui.spinner();
+            ui.label("The city is grown once more, to see why");
+        });
+    }
+    match &state.asked.answer {
+        Some(Ok(answer)) => {
+            ui.label(RichText::new(answer.to_string()).monospace());
+        }
+        Some(Err(error)) => {
+            ui.colored_label(ui.visuals().error_fg_color, error);
+        }
+        None => {}
+    }
+}

@@ -1,0 +1,119 @@
+//! The panels. They read the state and leave commands; none of them changes the city.
+
+pub mod inspector;
+pub mod layers;
+pub mod parameters;
+pub mod presets;
+pub mod problems;
+pub mod statistics;
+
+use crate::state::State;
+use crate::viewport::{View, view};
+use eframe::egui::{self, ScrollArea, Ui};
+use eframe::egui_wgpu::RenderState;
+use serde::{Deserialize, Serialize};
+
+/// What can be docked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Pane {
+    /// A view of the city.
+    View(View),
+    /// Presets with pictures.
+    Presets,
+    /// What can be set.
+    Parameters,
+    /// What is shown.
+    Layers,
+    /// What is picked.
+    Inspector,
+    /// Counts and lengths.
+    Statistics,
+    /// What is wrong.
+    Problems,
+}
+
+impl Pane {
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::View(view) => view.name(),
+            Self::Presets => "Presets",
+            Self::Parameters => "Parameters",
+            Self::Layers => "Layers",
+            Self::Inspector => "Inspector",
+            Self::Statistics => "Statistics",
+            Self::Problems => "Problems",
+        }
+    }
+
+    /// Those besides the views, in the order of the menu.
+    pub const PANELS: [Self; 6] =
+        [Self::Presets, Self::Parameters, Self::Layers, Self::Inspector, Self::Statistics, Self::Problems];
+}
+
+/// How the panes are laid out in a tree of docks.
+pub struct Docks<'a> {
+    /// What there is to show.
+    pub state: &'a mut State,
+    /// What draws.
+    pub render: Option<&'a RenderState>,
+}
+
+impl egui_tiles::Behavior<Pane> for Docks<'_> {
+    fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
+        let faults = self.state.failure.as_ref().map_or(0, |failure| failure.faults.len().max(1));
+        match pane {
+            Pane::Problems if faults > 0 => format!("Problems ({faults})").into(),
+            pane => pane.name().into(),
+        }
+    }
+
+    fn pane_ui(&mut self, ui: &mut Ui, _: egui_tiles::TileId, pane: &mut Pane) -> egui_tiles::UiResponse {
+        if let Pane::View(which) = *pane {
+            view(ui, self.state, self.render, which);
+            return egui_tiles::UiResponse::None;
+        }
+        egui::Frame::new().inner_margin(8).show(ui, |ui| {
+            ScrollArea::both().id_salt(pane.name()).auto_shrink(false).show(ui, |ui| match pane {
+                Pane::Presets => presets::ui(ui, self.state),
+                Pane::Parameters => parameters::ui(ui, self.state),
+                Pane::Layers => layers::ui(ui, self.state),
+                Pane::Inspector => inspector::ui(ui, self.state),
+                Pane::Statistics => statistics::ui(ui, self.state),
+                Pane::Problems => problems::ui(ui, self.state),
+                Pane::View(_) => {}
+            });
+        });
+        egui_tiles::UiResponse::None
+    }
+
+    fn simplification_options(&self) -> egui_tiles::SimplificationOptions {
+        egui_tiles::SimplificationOptions { all_panes_must_have_tabs: true, ..Default::default() }
+    }
+}
+
+/// The panes as they stand at first.
+pub fn usual() -> egui_tiles::Tree<Pane> {
+    let mut tiles = egui_tiles::Tiles::default();
+    let mut tabs = |panes: &[Pane]| {
+        let panes = panes.iter().map(|pane| tiles.insert_pane(*pane)).collect();
+        tiles.insert_tab_tile(panes)
+    };
+    let left = tabs(&[Pane::Presets, Pane::Parameters, Pane::Layers]);
+    let map = tabs(&[Pane::View(View::Map)]);
+    let model = tabs(&[Pane::View(View::Model)]);
+    let right = tabs(&[Pane::Inspector, Pane::Statistics, Pane::Problems]);
+    let root = tiles.insert_horizontal_tile(vec![left, map, model, right]);
+    if let Some(egui_tiles::Tile::Container(egui_tiles::Container::Linear(linear))) = tiles.get_mut(root) {
+        for (tile, share) in [(left, 0.8), (map, 1.6), (model, 1.6), (right, 0.8)] {
+            linear.shares.set_share(tile, share);
+        }
+    }
+    egui_tiles::Tree::new(egui::Id::unique("docks"), root, tiles)
+}
+
+/// Names a widget that shows none, for those who hear what others see.
+fn called(response: egui::Response, name: &str) -> egui::Response {
+    response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
+    response
+}

@@ -1,0 +1,68 @@
+//! What is wrong in scripts and rules, each with its place.
+
+use crate::state::State;
+use city::FaultReport;
+use eframe::egui::{RichText, Ui};
+use geom::Vec2;
+use script::Texts;
+
+/// Shows it.
+pub fn ui(ui: &mut Ui, state: &mut State) {
+    if let Some(failure) = state.failure.clone() {
+        let words = "The last change does not build; the city shown is the one before it.";
+        ui.colored_label(ui.visuals().error_fg_color, words);
+        if let Some(message) = failure.message.as_ref().filter(|_| failure.faults.is_empty()) {
+            ui.label(message);
+        }
+        faults(ui, state, &failure.faults, failure.texts.as_ref());
+        ui.separator();
+    }
+    let Some(ready) = state.ready.clone() else { return };
+    let report = &ready.built.report;
+    if report.faults.is_empty() && report.warnings.is_empty() && state.failure.is_none() {
+        ui.weak("Nothing is wrong.");
+    }
+    faults(ui, state, &report.faults, Some(&ready.as_written.texts));
+    for warning in &report.warnings {
+        ui.label(format!("warning: {warning}"));
+    }
+    for print in &report.prints {
+        ui.label(RichText::new(format!("{}: {}", print.rule, print.text)).monospace());
+    }
+}
+
+fn faults(ui: &mut Ui, state: &mut State, faults: &[FaultReport], texts: Option<&Texts>) {
+    for (index, fault) in faults.iter().enumerate() {
+        ui.push_id(index, |ui| one(ui, state, fault, texts));
+    }
+}
+
+fn one(ui: &mut Ui, state: &mut State, fault: &FaultReport, texts: Option<&Texts>) {
+    ui.separator();
+    let colour = if fault.is_error() { ui.visuals().error_fg_color } else { ui.visuals().warn_fg_color };
+    let times = if fault.count > 1 { format!(" ({} times)", fault.count) } else { String::new() };
+    ui.colored_label(colour, format!("{}: {}{times}", fault.severity, fault.message));
+    if fault.line > 0 {
+        let place = format!("{}:{}:{}", fault.file, fault.line, fault.column);
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(&place).monospace());
+            if ui.small_button("Copy").on_hover_text("Copies the place, for your editor").clicked() {
+                ui.ctx().copy_text(place.clone());
+            }
+            if let Some(at) = fault.place
+                && ui.small_button("Show on the map").clicked()
+            {
+                state.views.map.camera.centre = Vec2::from_array(at);
+            }
+        });
+        let text = texts.and_then(|texts| texts.get(&fault.file));
+        if let Some(line) = text.as_ref().and_then(|text| text.lines().nth(fault.line as usize - 1)) {
+            let before = " ".repeat(fault.column.saturating_sub(1) as usize);
+            let under = "^".repeat(fault.length.max(1) as usize);
+            ui.label(RichText::new(format!("{line}\n{before}{under}")).monospace());
+        }
+    }
+    if let Some(hint) = &fault.hint {
+        ui.label(format!("hint: {hint}"));
+    }
+}

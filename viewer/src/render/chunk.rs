@@ -1,0 +1,116 @@
+//! What is drawn, as the GPU holds it: pieces of a tile, each drawn in one call.
+
+use super::Gpu;
+use bytemuck::{Pod, Zeroable};
+use geom::{Vec2, Vec3};
+use wgpu::util::DeviceExt;
+
+/// A corner of a surface in space: metres around the corner of its tile, x east, y north, z up.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Solid {
+    /// Place.
+    pub position: [f32; 3],
+    /// Unit normal, in 127ths.
+    pub normal: [i8; 4],
+    /// Red, green, blue (linear light), in 255ths.
+    pub colour: [u8; 4],
+}
+
+/// A corner of an area on a map: metres around the corner of its tile.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Flat {
+    /// Place.
+    pub position: [f32; 2],
+    /// Red, green, blue (linear light) and opacity, in 255ths.
+    pub colour: [u8; 4],
+}
+
+/// Corners with the triangles between them, or lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing<V> {
+    /// The corner of the tile, in metres.
+    pub corner: Vec2,
+    /// Corners.
+    pub vertices: Vec<V>,
+    /// Three a triangle, or two a line.
+    pub indices: Vec<u32>,
+}
+
+impl<V> Drawing<V> {
+    /// Nothing yet.
+    pub fn at(corner: Vec2) -> Self {
+        Self { corner, vertices: Vec::new(), indices: Vec::new() }
+    }
+}
+
+/// A drawing on the GPU.
+#[derive(Debug)]
+pub struct Chunk {
+    /// The corner of its tile, in metres.
+    pub corner: Vec2,
+    /// Least and greatest place, in metres.
+    pub bounds: (Vec3, Vec3),
+    /// Indices to draw.
+    pub count: u32,
+    /// Bytes that were uploaded for it.
+    pub bytes: u64,
+    pub(super) vertices: wgpu::Buffer,
+    pub(super) indices: wgpu::Buffer,
+}
+
+impl Chunk {
+    /// Uploads a drawing; `None` where there is nothing to draw. Works on any thread.
+    pub fn of<V: Pod + Placed>(gpu: &Gpu, drawing: &Drawing<V>) -> Option<Self> {
+        if drawing.indices.is_empty() {
+            return None;
+        }
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for vertex in &drawing.vertices {
+            let place = vertex.place();
+            (low, high) = (low.min(place), high.max(place));
+        }
+        let corner = drawing.corner.extend(0.0);
+        let buffer = |contents: &[u8], usage| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("chunk"), contents, usage })
+        };
+        let (vertices, indices) = (bytemuck::cast_slice(&drawing.vertices), bytemuck::cast_slice(&drawing.indices));
+        Some(Self {
+            corner: drawing.corner,
+            bounds: (corner + low, corner + high),
+            count: u32::try_from(drawing.indices.len()).ok()?,
+            bytes: (vertices.len() + indices.len()) as u64,
+            vertices: buffer(vertices, wgpu::BufferUsages::VERTEX),
+            indices: buffer(indices, wgpu::BufferUsages::INDEX),
+        })
+    }
+}
+
+/// What lies at a place around the corner of its tile.
+pub trait Placed {
+    /// The place in metres.
+    fn place(&self) -> Vec3;
+}
+
+impl Placed for Solid {
+    fn place(&self) -> Vec3 {
+        Vec3::from_array(self.position.map(f64::from))
+    }
+}
+
+impl Placed for Flat {
+    fn place(&self) -> Vec3 {
+        Vec3::new(f64::from(self.position[0]), f64::from(self.position[1]), 0.0)
+    }
+}
+
+/// A colour of the screen (sRGB) as linear light.
+pub fn linear([r, g, b]: [u8; 3]) -> [u8; 3] {
+    let one = |byte: u8| {
+        let share = f32::from(byte) / 255.0;
+        let light = if share <= 0.040_45 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) };
+        (light * 255.0).round() as u8
+    };
+    [one(r), one(g), one(b)]
+}

@@ -1,0 +1,326 @@
+//! A city as a map: areas and lines in layers, tile by tile.
+
+use crate::render::{Chunk, ChunkRef, Drawing, Flat, Gpu, Ground, Kind, linear};
+use city::City;
+use city::export::glb::TileKey;
+use city::export::map::style;
+use city::export::map::{Colour, Colouring};
+use geom::triangulate::triangulate;
+use geom::{Digest, Id, Point, Polygon, Vec2};
+use layout::Use;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use streets::Class;
+use streets::runs::Run;
+
+pub use city::export::map::ColourBy as By;
+
+/// What streets are coloured by; as on a street map when none.
+pub type ColourBy = Option<By>;
+
+/// The layers of a map, from below.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+pub enum LayerKind {
+    /// Blocks.
+    Blocks,
+    /// Parks, plazas and open land.
+    Green,
+    /// Borders of parcels.
+    Parcels,
+    /// Buildings.
+    Buildings,
+    /// Streets, with bridges.
+    Streets,
+    /// Rims of quarters.
+    Quarters,
+    /// Rims of districts.
+    Districts,
+    /// Grounds of landmarks.
+    Landmarks,
+}
+
+impl LayerKind {
+    /// All, from below.
+    pub const ALL: [Self; 8] = [
+        Self::Blocks,
+        Self::Green,
+        Self::Parcels,
+        Self::Buildings,
+        Self::Streets,
+        Self::Quarters,
+        Self::Districts,
+        Self::Landmarks,
+    ];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Blocks => "Blocks",
+            Self::Green => "Parks and open land",
+            Self::Parcels => "Parcels",
+            Self::Buildings => "Buildings",
+            Self::Streets => "Streets",
+            Self::Quarters => "Quarters",
+            Self::Districts => "Districts",
+            Self::Landmarks => "Landmarks",
+        }
+    }
+}
+
+/// Where a drawing stands in the order of painting: layers, and within streets level, casings before fills, then classes.
+type Order = (LayerKind, i8, u8, std::cmp::Reverse<u8>);
+
+/// A map of a city.
+#[derive(Debug, Default)]
+pub struct MapScene {
+    parts: BTreeMap<(Order, TileKey), Part>,
+    /// Names and colours of what streets are coloured by.
+    pub legend: Vec<(String, [u8; 3])>,
+}
+
+#[derive(Clone, Debug)]
+struct Part {
+    kind: Kind,
+    /// The digest of what the chunk was made of.
+    digest: Id,
+    chunk: ChunkRef,
+}
+
+/// Drawings of an order, by tile.
+type Drawings = BTreeMap<TileKey, Drawing<Flat>>;
+
+impl MapScene {
+    /// The map of a city; chunks in which nothing changed are taken from `before`.
+    pub fn of(gpu: &Gpu, city: &City, colour_by: ColourBy, before: Option<&Self>) -> Self {
+        let plain = |layer| (layer, 0, 0, std::cmp::Reverse(0));
+        let colouring = colour_by.map(|by| Colouring::of(city, by));
+        let colours = colouring.as_ref();
+        type Make<'a> = Box<dyn Fn() -> Vec<(Order, Kind, Drawings)> + Send + Sync + 'a>;
+        let one = |layer, kind, drawings| vec![(plain(layer), kind, drawings)];
+        let makers: Vec<Make> = vec![
+            Box::new(move || one(LayerKind::Blocks, Kind::Area, blocks(city))),
+            Box::new(move || one(LayerKind::Green, Kind::Area, green(city))),
+            Box::new(move || one(LayerKind::Parcels, Kind::Line, parcels(city))),
+            Box::new(move || one(LayerKind::Buildings, Kind::Area, buildings(city))),
+            Box::new(|| streets(city, colours)),
+            Box::new(move || {
+                let rims = city.quarters.iter().map(|area| &area.polygon);
+                one(LayerKind::Quarters, Kind::Area, bands(rims, 5.0, style::MARK))
+            }),
+            Box::new(move || {
+                let rims = city.districts.iter().map(|area| &area.polygon);
+                one(LayerKind::Districts, Kind::Area, bands(rims, 8.0, Colour(0x33, 0x22, 0x88)))
+            }),
+            Box::new(move || {
+                let rims = city.landmarks.iter().map(|landmark| &landmark.ground);
+                one(LayerKind::Landmarks, Kind::Area, bands(rims, 3.0, style::LANDMARK))
+            }),
+        ];
+        let drawn: Vec<(Order, Kind, Drawings)> = makers.par_iter().flat_map_iter(|make| make()).collect();
+        let tiles: Vec<((Order, TileKey), Kind, Drawing<Flat>)> = drawn
+            .into_iter()
+            .flat_map(|(order, kind, tiles)| {
+                tiles.into_iter().map(move |(tile, drawing)| ((order, tile), kind, drawing))
+            })
+            .collect();
+        let made = tiles.into_par_iter().filter_map(|(place, kind, drawing)| {
+            let digest = digest(&drawing);
+            let kept = before.and_then(|before| before.parts.get(&place)).filter(|part| part.digest == digest);
+            let chunk = match kept {
+                Some(part) => part.chunk.clone(),
+                None => Arc::new(Chunk::of(gpu, &drawing)?),
+            };
+            Some((place, Part { kind, digest, chunk }))
+        });
+        let parts = made.collect();
+        let legend = colours.map(|of| of.entries.iter().map(|entry| (entry.name.clone(), rgb(entry.colour))).collect());
+        Self { parts, legend: legend.unwrap_or_default() }
+    }
+
+    /// The chunks of the layers that are shown, from below.
+    pub fn chunks(&self, is_shown: impl Fn(LayerKind) -> bool) -> impl Iterator<Item = (&ChunkRef, Kind)> {
+        let shown = self.parts.iter().filter(move |(((layer, ..), _), _)| is_shown(*layer));
+        shown.map(|(_, part)| (&part.chunk, part.kind))
+    }
+}
+
+fn digest(drawing: &Drawing<Flat>) -> Id {
+    let mut digest = Digest::new("map chunk");
+    digest.bytes(bytemuck::cast_slice(&drawing.vertices)).bytes(bytemuck::cast_slice(&drawing.indices));
+    digest.finish()
+}
+
+fn rgb(Colour(r, g, b): Colour) -> [u8; 3] {
+    [r, g, b]
+}
+
+fn opaque(colour: Colour) -> [u8; 4] {
+    let [r, g, b] = linear(rgb(colour));
+    [r, g, b, 255]
+}
+
+/// The drawing of the tile that a place lies in.
+fn tile_of(drawings: &mut Drawings, place: Vec2) -> &mut Drawing<Flat> {
+    let key = TileKey::of(place);
+    drawings.entry(key).or_insert_with(|| Drawing::at(key.origin()))
+}
+
+/// Fills a polygon; one without triangles is left out.
+fn fill(drawings: &mut Drawings, polygon: &Polygon, colour: Colour) {
+    let (Some(first), Ok(triangles)) = (polygon.outer.first(), triangulate(polygon)) else { return };
+    let drawing = tile_of(drawings, first.metres());
+    let colour = opaque(colour);
+    for &triangle in &triangles.triangles {
+        for corner in triangles.corners(triangle) {
+            push(drawing, corner.metres(), colour);
+        }
+    }
+}
+
+/// Adds a corner, and its index.
+fn push(drawing: &mut Drawing<Flat>, place: Vec2, colour: [u8; 4]) {
+    let position = (place - drawing.corner).as_vec2().to_array();
+    drawing.indices.push(drawing.vertices.len() as u32);
+    drawing.vertices.push(Flat { position, colour });
+}
+
+fn blocks(city: &City) -> Drawings {
+    let mut drawings = Drawings::new();
+    city.blocks.iter().for_each(|block| fill(&mut drawings, &block.polygon, style::BLOCK));
+    drawings
+}
+
+fn green(city: &City) -> Drawings {
+    let mut drawings = Drawings::new();
+    for parcel in &city.parcels {
+        let colour = match parcel.usage {
+            Use::Open => style::OPEN,
+            Use::Park => style::PARK,
+            Use::Plaza => style::PLAZA,
+            Use::Built => continue,
+        };
+        fill(&mut drawings, &parcel.polygon, colour);
+    }
+    drawings
+}
+
+fn parcels(city: &City) -> Drawings {
+    let mut drawings = Drawings::new();
+    let colour = opaque(style::PARCEL_LINE.towards(style::INK, 0.2));
+    for ring in city.parcels.iter().flat_map(|parcel| parcel.polygon.rings()) {
+        let Some(first) = ring.first() else { continue };
+        let drawing = tile_of(&mut drawings, first.metres());
+        for (i, &p) in ring.iter().enumerate() {
+            push(drawing, p.metres(), colour);
+            push(drawing, ring[(i + 1) % ring.len()].metres(), colour);
+        }
+    }
+    drawings
+}
+
+fn buildings(city: &City) -> Drawings {
+    let mut drawings = Drawings::new();
+    for building in &city.buildings {
+        fill(&mut drawings, &building.footprint, style::tone_colour(style::tone(building.height)));
+    }
+    drawings
+}
+
+/// Bands of a width in metres along the rims of areas.
+fn bands<'a>(areas: impl Iterator<Item = &'a Polygon>, width: f64, colour: Colour) -> Drawings {
+    let mut drawings = Drawings::new();
+    for ring in areas.flat_map(Polygon::rings) {
+        let mut line: Vec<Vec2> = ring.iter().map(|p| p.metres()).collect();
+        line.extend(line.first().copied());
+        ribbon(&mut drawings, &line, width / 2.0, opaque(colour));
+    }
+    drawings
+}
+
+/// Streets by level, first all casings, then all fills, lesser classes first.
+fn streets(city: &City, colouring: Option<&Colouring>) -> Vec<(Order, Kind, Drawings)> {
+    let mut orders: BTreeMap<Order, Drawings> = BTreeMap::new();
+    let order = |run: &Run, fill: u8| {
+        let Class(class) = run.class;
+        (LayerKind::Streets, run.level, fill, std::cmp::Reverse(class))
+    };
+    for (index, run) in city.runs.iter().enumerate() {
+        let look = style::street_style(city.graph.classes(), run.class);
+        let half = f64::from(run.half_width) / Point::UNITS_PER_METRE;
+        let rim = (half * 0.28).clamp(0.6, 2.5);
+        let whole: Vec<Vec2> = run.nodes.iter().map(|&key| city.graph.at(key).metres()).collect();
+        let stretches: Vec<(Colour, Colour, &[Vec2])> = match colouring {
+            None => vec![(look.casing, look.fill, &whole)],
+            Some(colouring) => {
+                let of = |stretch: &'_ city::export::map::Stretch| colouring.entries[stretch.entry].colour;
+                let stretches = colouring.stretches[index].iter();
+                stretches.map(|stretch| (style::rim(of(stretch)), of(stretch), &stretch.line[..])).collect()
+            }
+        };
+        for (casing, fill, line) in stretches {
+            // A bridge's rims are darker than what it crosses.
+            let casing = if run.level > 0 { casing.towards(style::INK, 0.35) } else { casing };
+            ribbon(orders.entry(order(run, 0)).or_default(), line, half + rim * 0.5, opaque(casing));
+            ribbon(orders.entry(order(run, 1)).or_default(), line, half - rim * 0.5, opaque(fill));
+        }
+    }
+    orders.into_iter().map(|(order, drawings)| (order, Kind::Area, drawings)).collect()
+}
+
+/// Corners of a round end.
+const ROUND: usize = 10;
+
+/// A line of a width, round at bends and ends.
+fn ribbon(drawings: &mut Drawings, line: &[Vec2], half: f64, colour: [u8; 4]) {
+    let Some(&first) = line.first() else { return };
+    let drawing = tile_of(drawings, first);
+    for pair in line.windows(2) {
+        let Some(along) = (pair[1] - pair[0]).try_normalize() else { continue };
+        let left = along.perp() * half;
+        let [a, b, c, d] = [pair[0] - left, pair[1] - left, pair[1] + left, pair[0] + left];
+        [a, b, c, a, c, d].into_iter().for_each(|corner| push(drawing, corner, colour));
+    }
+    for (i, &at) in line.iter().enumerate() {
+        // Straight on there is no gap to fill.
+        let is_bend = i == 0 || i + 1 == line.len() || {
+            let (before, after) = ((at - line[i - 1]).normalize_or_zero(), (line[i + 1] - at).normalize_or_zero());
+            before.dot(after) < 0.999
+        };
+        if is_bend {
+            let rim = |k: usize| {
+                let turn = std::f64::consts::TAU * k as f64 / ROUND as f64;
+                at + Vec2::new(turn.cos(), turn.sin()) * half
+            };
+            for k in 0..ROUND {
+                [at, rim(k), rim(k + 1)].into_iter().for_each(|corner| push(drawing, corner, colour));
+            }
+        }
+    }
+}
+
+/// Most pixels of the ground along a side.
+const MOST_GROUND: f64 = 2048.0;
+
+/// Land, parks and the light on hills.
+pub(super) fn ground(gpu: &Gpu, city: &City) -> Ground {
+    let site = &city.site;
+    let size = site.bounds.size();
+    let pixel =
+        ["land", "parks", "elevation"].into_iter().filter_map(|name| site.map(name)).map(|map| map.pixel_size());
+    let finest = pixel.fold(f64::INFINITY, f64::min).min(size.max_element());
+    let step = finest.max(size.max_element() / MOST_GROUND);
+    let [width, height] = [size.x, size.y].map(|side| ((side / step).ceil() as u32).max(1));
+    let low = site.bounds.min.metres();
+    let mask = |name: &str, place: Vec2, other: f64| site.map(name).map_or(other, |map| map.bilinear(place));
+    let pixel = |index: u32| {
+        let (x, y) = (index % width, index / width);
+        let share = Vec2::new((f64::from(x) + 0.5) / f64::from(width), 1.0 - (f64::from(y) + 0.5) / f64::from(height));
+        let place = low + share * size;
+        let slope = site.map("elevation").map_or(Vec2::ZERO, |map| map.gradient(place));
+        let light = (0.5 + (slope.y - slope.x) * 0.7).clamp(0.0, 1.0);
+        [mask("land", place, 1.0), mask("parks", place, 0.0), light, 1.0].map(|share| (share * 255.0).round() as u8)
+    };
+    let pixels: Vec<[u8; 4]> = (0..width * height).into_par_iter().map(pixel).collect();
+    Ground::of(gpu, [width, height], &pixels)
+}

@@ -1,0 +1,46 @@
+//! A city as chunks to draw: made on the worker's thread, tile by tile; what did not change keeps its chunk.
+
+mod map;
+mod model;
+mod pick;
+
+pub use map::{By, ColourBy, LayerKind, MapScene};
+pub use model::ModelScene;
+pub use pick::{Element, ElementKind, at, near_ray};
+
+use crate::render::{Gpu, Ground};
+use city::{Cache, City};
+use geom::Bounds;
+
+/// Everything there is to draw of a city.
+#[derive(Debug)]
+pub struct Scene {
+    /// The site.
+    pub site: Bounds,
+    /// What is built on: the streets' bounds, or the site's.
+    pub extent: Bounds,
+    /// On a map.
+    pub map: MapScene,
+    /// In space.
+    pub model: ModelScene,
+    /// Below the map.
+    pub ground: Ground,
+}
+
+impl Scene {
+    /// The scene of a city; chunks that are the same in `before` are taken from there.
+    pub fn of(gpu: &Gpu, city: &City, cache: &Cache, colour_by: ColourBy, before: Option<&Self>) -> Self {
+        let model = city::export::glb::model(city, cache);
+        let (map, model) = rayon::join(
+            || MapScene::of(gpu, city, colour_by, before.map(|scene| &scene.map)),
+            || ModelScene::of(gpu, &model, before.map(|scene| &scene.model)),
+        );
+        Self {
+            site: city.site.bounds,
+            extent: city.graph.bounds().unwrap_or(city.site.bounds),
+            map,
+            model,
+            ground: map::ground(gpu, city),
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Pictures without a window.
+
+use crate::render::{Camera, Gpu, GpuError, Look, MapCamera, OrbitCamera, Overlay, Renderer, Target};
+use crate::scene::{ColourBy, LayerKind, Scene};
+use crate::shown::{Layers, shown};
+use city::{Built, Cache};
+use std::collections::BTreeSet;
+
+/// What a picture shows.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Its size in pixels.
+    pub size: [u32; 2],
+    /// Where one looks from; all of the city from above when none.
+    pub camera: Option<Camera>,
+    /// What is shown.
+    pub layers: Layers,
+    /// How.
+    pub look: Look,
+    /// What streets are coloured by.
+    pub colour_by: ColourBy,
+    /// A map laid over, with its opacity.
+    pub overlay: Option<(String, f32)>,
+}
+
+impl Default for Picture {
+    fn default() -> Self {
+        let layers = Layers::default();
+        Self { size: [1600, 1000], camera: None, layers, look: Look::default(), colour_by: None, overlay: None }
+    }
+}
+
+/// Where to look at a scene from, to see all of it.
+pub fn whole_map(scene: &Scene, size: [u32; 2]) -> Camera {
+    Camera::Map(MapCamera::over(scene.extent, size.map(|side| side as f32)))
+}
+
+/// The same in space.
+pub fn whole_model(scene: &Scene, city: &city::City) -> Camera {
+    let middle = (scene.extent.min.metres() + scene.extent.max.metres()) / 2.0;
+    Camera::Orbit(OrbitCamera::over(scene.extent, city.site.elevation(middle)))
+}
+
+/// Draws a city.
+///
+/// # Errors
+/// When the device cannot.
+pub fn picture(gpu: &Gpu, built: &Built, wish: &Picture) -> Result<image::RgbaImage, GpuError> {
+    let scene = Scene::of(gpu, &built.city, &Cache::none(), wish.colour_by, None);
+    let target = Target::new(gpu, wish.size)?;
+    let map = wish.overlay.as_ref().and_then(|(name, opacity)| Some((built.city.site.map(name)?, *opacity)));
+    let overlay = map.map(|(map, opacity)| Overlay::of(gpu, map, opacity));
+    let camera = wish.camera.unwrap_or_else(|| whole_map(&scene, wish.size));
+    let mut renderer = Renderer::new(gpu.clone());
+    renderer.draw(&target, &camera, &shown(&scene, &camera, &wish.layers, overlay.as_ref(), wish.look));
+    target.read(gpu)
+}
+
+/// Layers by their names.
+pub fn layers_of(names: &[LayerKind]) -> BTreeSet<LayerKind> {
+    names.iter().copied().collect()
+}

@@ -1,0 +1,67 @@
+//! What of a scene is shown.
+
+use crate::render::{Camera, Kind, Look, Overlay, Shown};
+use crate::scene::{LayerKind, Scene};
+use city::export::glb::Group;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// What is switched on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layers {
+    /// Of the map.
+    pub map: BTreeSet<LayerKind>,
+    /// Whether land, water and parks are shown below the map.
+    pub ground: bool,
+    /// Of the model: terrain, streets, parks, buildings.
+    pub model: [bool; 4],
+}
+
+/// The parts of a model with what people call them, in the order of [`Layers::model`].
+pub const MODEL_PARTS: [(Group, &str); 4] = [
+    (Group::Terrain, "Terrain"),
+    (Group::Streets, "Streets in 3D"),
+    (Group::Green, "Parks in 3D"),
+    (Group::Buildings, "Buildings in 3D"),
+];
+
+impl Default for Layers {
+    fn default() -> Self {
+        use LayerKind::{Blocks, Buildings, Green, Landmarks, Parcels, Streets};
+        let map = [Blocks, Green, Parcels, Buildings, Streets, Landmarks].into();
+        Self { map, ground: true, model: [true; 4] }
+    }
+}
+
+/// Metres to the pixel from which borders of parcels would only be grey.
+const NO_PARCELS: f64 = 3.0;
+
+/// What there is to draw of a scene, seen by a camera.
+pub fn shown<'a>(
+    scene: &'a Scene,
+    camera: &Camera,
+    layers: &Layers,
+    overlay: Option<&'a Overlay>,
+    look: Look,
+) -> Shown<'a> {
+    let chunks = match camera {
+        Camera::Map(map) => {
+            let is_shown =
+                |layer| layers.map.contains(&layer) && (layer != LayerKind::Parcels || map.scale < NO_PARCELS);
+            scene.map.chunks(is_shown).map(|(chunk, kind)| (&**chunk, kind)).collect()
+        }
+        Camera::Orbit(_) => {
+            let parts = MODEL_PARTS.iter().zip(layers.model).filter(|(_, is_on)| *is_on);
+            parts.flat_map(|((group, _), _)| scene.model.chunks(*group)).map(|chunk| (&**chunk, Kind::Solid)).collect()
+        }
+    };
+    let is_map = matches!(camera, Camera::Map(_));
+    Shown {
+        site: scene.site,
+        chunks,
+        overlay,
+        ground: (is_map && layers.ground).then_some(&scene.ground),
+        look,
+        background: if is_map { [0xe4, 0xe2, 0xdc] } else { [0xc9, 0xd8, 0xe4] },
+    }
+}

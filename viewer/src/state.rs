@@ -1,0 +1,361 @@
+//! What the window shows and what people do: panels read the state and leave commands, which are carried out between frames.
+
+use crate::history::History;
+use crate::preferences::Preferences;
+use crate::render::Gpu;
+use crate::scene::{By, ColourBy, Element};
+use crate::viewport::Viewports;
+use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of};
+use crate::{asked, gallery};
+use city::{Cache, Changes};
+use script::PresetTarget;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What people ask for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Opens a city: a folder or a script.
+    Open(PathBuf),
+    /// Lays a preset on something.
+    Lay(PresetTarget, String),
+    /// Takes a preset from it.
+    Lift(PresetTarget),
+    /// Sets a value as behind `--set`; a value that is being turned is one step until it is let go.
+    Set {
+        /// Its address.
+        address: String,
+        /// The value.
+        value: String,
+        /// Whether it goes on.
+        turning: bool,
+    },
+    /// A value that was turned is let go.
+    LetGo,
+    /// Takes a value back to what it is without changes.
+    Reset(String),
+    /// Takes all values back; presets stay.
+    ResetAll,
+    /// Another seed; the script's own when none.
+    Seed(Option<u64>),
+    /// Takes the last step back.
+    Undo,
+    /// Brings it back.
+    Redo,
+    /// Saves the changes beside the script.
+    Save,
+    /// Colours the streets of the map.
+    ColourBy(ColourBy),
+    /// Picks something.
+    Select(Option<Element>),
+    /// Asks why what is picked is there.
+    Ask,
+    /// Looks at what is picked, or at all of the city.
+    Fit,
+    /// Gives up the build under way.
+    Cancel,
+    /// Builds again.
+    Build,
+    /// Shows a message away.
+    Dismiss,
+}
+
+/// What there is to know.
+pub struct State {
+    /// What people chose.
+    pub preferences: Preferences,
+    /// Their file.
+    pub preferences_file: Option<PathBuf>,
+    /// Where rules are looked up besides.
+    pub rules: Option<PathBuf>,
+    /// The city that is open.
+    pub city: Option<PathBuf>,
+    /// The last one that was finished.
+    pub ready: Option<Arc<Ready>>,
+    /// Why there is no newer one.
+    pub failure: Option<Arc<Failure>>,
+    /// The stage of the build under way, with its share done.
+    pub under: Option<(&'static str, Option<f32>)>,
+    /// The changes.
+    pub history: History,
+    /// What streets are coloured by.
+    pub colour_by: ColourBy,
+    /// What is picked.
+    pub selected: Option<Element>,
+    /// Why it is there.
+    pub asked: asked::Asked,
+    /// Pictures of presets.
+    pub gallery: gallery::Gallery,
+    /// What presets are laid on.
+    pub target: PresetTarget,
+    /// Where parameters are set: everywhere, `district:NAME` or `quarter:ID`.
+    pub scope: Option<PresetTarget>,
+    /// The map laid over the views, by name, with its opacity.
+    pub overlay: (Option<String>, f32),
+    /// The views.
+    pub views: Viewports,
+    /// What people are told.
+    pub message: Option<String>,
+    /// What they asked for in this frame.
+    pub commands: Vec<Command>,
+    /// What is looked for.
+    pub filters: Filters,
+    worker: Result<Worker, String>,
+    wake: Wake,
+    gpu: Option<Gpu>,
+}
+
+/// What people look for in lists.
+#[derive(Clone, Debug, Default)]
+pub struct Filters {
+    /// Among presets.
+    pub presets: String,
+    /// Among parameters.
+    pub parameters: String,
+    /// Among all that can be done.
+    pub palette: String,
+}
+
+/// Room for caches on disk, in bytes.
+const CACHE_BYTES: u64 = 2_000_000_000;
+
+impl State {
+    /// Nothing is open yet.
+    pub fn new(gpu: Option<Gpu>, preferences_file: Option<PathBuf>, rules: Option<PathBuf>, wake: Wake) -> Self {
+        let preferences = preferences_file.as_deref().map(Preferences::read).unwrap_or_default();
+        let folder = preferences_file.is_some().then(dirs::cache_dir).flatten();
+        let on_disk = folder.and_then(|folder| Cache::on_disk(&folder.join("plat"), CACHE_BYTES).ok());
+        let cache = on_disk.unwrap_or_else(Cache::in_memory);
+        Self {
+            preferences,
+            preferences_file,
+            rules,
+            city: None,
+            ready: None,
+            failure: None,
+            under: None,
+            history: History::of(Changes::default()),
+            colour_by: None,
+            selected: None,
+            asked: asked::Asked::default(),
+            gallery: gallery::Gallery::default(),
+            target: PresetTarget::City,
+            scope: None,
+            overlay: (None, 0.6),
+            views: Viewports::new(gpu.clone()),
+            message: None,
+            commands: Vec::new(),
+            filters: Filters::default(),
+            worker: Worker::start(gpu.clone(), cache, wake.clone()),
+            wake,
+            gpu,
+        }
+    }
+
+    /// The device that draws.
+    pub fn gpu(&self) -> Option<&Gpu> {
+        self.gpu.as_ref()
+    }
+
+    /// Whether nothing is being built.
+    pub fn is_idle(&self) -> bool {
+        self.worker.as_ref().is_ok_and(Worker::is_idle) && !self.asked.is_asking()
+    }
+
+    /// Takes in what the worker told, and carries out what people asked for.
+    pub fn catch_up(&mut self) {
+        let news: Vec<News> = self.worker.as_ref().map_or_else(|_| Vec::new(), |worker| worker.news().collect());
+        for one in news {
+            match one {
+                News::Changed(_) => {}
+                News::Under(stage, share) => self.under = Some((stage, share)),
+                News::Ready(ready) => self.show(ready),
+                News::Failed(failure) => {
+                    self.under = None;
+                    self.failure = Some(failure);
+                }
+                News::Unwatched(what) => self.message = Some(what),
+            }
+        }
+        if self.is_idle() {
+            self.under = None;
+        }
+        self.asked.catch_up();
+        for command in std::mem::take(&mut self.commands) {
+            self.carry_out(command);
+        }
+    }
+
+    fn show(&mut self, ready: Arc<Ready>) {
+        let is_first = self.ready.is_none();
+        (self.under, self.failure) = (None, None);
+        if let Some(scene) = &ready.scene
+            && is_first
+        {
+            self.views.fit(scene.extent, &ready.built.city);
+        }
+        let is_there = |element: &Element| crate::inspect::polygon_of(&ready.built.city, element).is_some();
+        self.selected = self.selected.take().filter(is_there);
+        self.asked.forget();
+        self.gallery.follow(&ready.as_written.host);
+        self.ready = Some(ready);
+    }
+
+    /// Carries out what was asked for.
+    pub fn carry_out(&mut self, command: Command) {
+        match command {
+            Command::Open(path) => self.open(&path),
+            Command::Lay(target, name) => {
+                self.change(&format!("preset {name}"), None, |changes| changes.lay(target, &name));
+            }
+            Command::Lift(target) => self.change("no preset", None, |changes| changes.lift(&target)),
+            Command::Set { address, value, turning } => {
+                let turns = turning.then_some(address.as_str());
+                self.change(&format!("{address} {value}"), turns, |changes| changes.set(&address, &value));
+            }
+            Command::LetGo => self.history.close(),
+            Command::Reset(address) => {
+                self.change(&format!("reset {address}"), None, |changes| changes.reset(&address))
+            }
+            Command::ResetAll => self.change("reset all", None, |changes| {
+                let all: Vec<String> = changes.values().map(|(address, _)| address.to_owned()).collect();
+                all.iter().for_each(|address| changes.reset(address));
+                changes.seed = None;
+            }),
+            Command::Seed(seed) => self.change("seed", Some("seed"), |changes| changes.seed = seed),
+            Command::Undo => {
+                if self.history.undo() {
+                    self.build();
+                }
+            }
+            Command::Redo => {
+                if self.history.redo() {
+                    self.build();
+                }
+            }
+            Command::Save => self.save(),
+            Command::ColourBy(by) => {
+                self.colour_by = by;
+                self.build();
+            }
+            Command::Select(element) => {
+                self.asked.forget();
+                if let Some(Element { kind: crate::scene::ElementKind::Quarter, id }) = element {
+                    self.target = PresetTarget::Quarter(id);
+                }
+                self.selected = element;
+            }
+            Command::Ask => {
+                if let (Some(ready), Some(element)) = (&self.ready, &self.selected) {
+                    self.asked.ask(ready.clone(), element, self.wake.clone());
+                }
+            }
+            Command::Fit => self.fit(),
+            Command::Cancel => {
+                if let Ok(worker) = &self.worker {
+                    worker.cancel();
+                }
+            }
+            Command::Build => self.build(),
+            Command::Dismiss => self.message = None,
+        }
+    }
+
+    fn change(&mut self, name: &str, turns: Option<&str>, change: impl FnOnce(&mut Changes)) {
+        if self.city.is_some() && self.history.step(name, turns, change) {
+            self.build();
+        }
+    }
+
+    fn open(&mut self, path: &Path) {
+        if !self.history.is_saved() {
+            self.message = Some("The changes of the open city are not saved: save them, or undo them, first.".into());
+            return;
+        }
+        let script = if path.is_dir() { path.join("city.rhai") } else { path.to_path_buf() };
+        if !script.is_file() {
+            self.message = Some(format!("{}: there is no city.rhai here", path.display()));
+            return;
+        }
+        match Changes::saved(&script) {
+            Ok(saved) => self.history = History::of(saved),
+            Err(error) => {
+                self.message = Some(error.to_string());
+                return;
+            }
+        }
+        (self.ready, self.failure, self.selected, self.message) = (None, None, None, None);
+        (self.target, self.scope, self.overlay.0) = (PresetTarget::City, None, None);
+        self.preferences.opened(path);
+        self.remember();
+        self.city = Some(path.to_path_buf());
+        self.build();
+    }
+
+    /// Asks for the city as it now is to be.
+    fn build(&mut self) {
+        let Some(city) = &self.city else { return };
+        let (changes, rules) = (self.history.now(), self.rules.clone());
+        let order = Order { city: city.clone(), rules, changes, colour_by: self.colour_by };
+        match &self.worker {
+            Ok(worker) => worker.order(order),
+            Err(error) => self.message = Some(format!("nothing can be built: {error}")),
+        }
+    }
+
+    /// Saves the changes beside the script.
+    fn save(&mut self) {
+        let Some(ready) = &self.ready else { return };
+        match self.history.now().save(&ready.as_written) {
+            Ok(()) => self.history.mark_saved(),
+            Err(error) => self.message = Some(format!("The changes could not be saved; they are still here. {error}")),
+        }
+    }
+
+    /// Writes the preferences; where that fails they only hold until the end.
+    pub fn remember(&mut self) {
+        if let Some(file) = &self.preferences_file
+            && let Err(error) = self.preferences.write(file)
+        {
+            self.message = Some(format!("What you chose could not be remembered: {error}"));
+            self.preferences_file = None;
+        }
+    }
+
+    fn fit(&mut self) {
+        let Some(ready) = &self.ready else { return };
+        let city = &ready.built.city;
+        let polygon = self.selected.as_ref().and_then(|element| crate::inspect::polygon_of(city, element));
+        let extent = polygon.and_then(|polygon| polygon.bounds());
+        let all = ready.scene.as_ref().map_or(city.site.bounds, |scene| scene.extent);
+        self.views.fit(extent.unwrap_or(all), city);
+    }
+
+    /// The name of the city that is open.
+    pub fn title(&self) -> String {
+        let name = self.city.as_ref().map(|city| {
+            let folder = std::path::absolute(folder_of(city)).unwrap_or_else(|_| folder_of(city));
+            folder.file_name().map_or_else(|| "city".into(), |name| name.to_string_lossy().into_owned())
+        });
+        let mark = if self.history.is_saved() { "" } else { " (changed)" };
+        name.map_or_else(|| "Plat".into(), |name| format!("{name}{mark} — Plat"))
+    }
+
+    /// What streets can be coloured by.
+    pub fn colourings(&self) -> Vec<(ColourBy, &'static str)> {
+        let all = [
+            (None, "as on a street map"),
+            (Some(By::Class), "by class"),
+            (Some(By::Rule), "by rule"),
+            (Some(By::District), "by district"),
+            (Some(By::Density), "by density"),
+            (Some(By::Grade), "by grade"),
+        ];
+        let site = self.ready.as_ref().map(|ready| ready.built.city.site.clone());
+        let has = |by: &ColourBy| {
+            let map = by.and_then(By::map);
+            map.is_none_or(|map| site.as_ref().is_some_and(|site| site.map(map).is_some()))
+        };
+        all.into_iter().filter(|(by, _)| has(by)).collect()
+    }
+}

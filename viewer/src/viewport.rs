@@ -1,0 +1,308 @@
+//! The views: a map and a model of the same city, drawn when something changed and shown as pictures.
+
+use crate::inspect::polygon_of;
+use crate::render::{Camera, Cost, Gpu, MapCamera, OrbitCamera, Overlay, Renderer, Target};
+use crate::scene::{Element, Scene, at, near_ray};
+use crate::shown::shown;
+use crate::state::{Command, State};
+use city::City;
+use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Sense, Stroke, TextureId, Ui, Vec2 as Size};
+use eframe::egui_wgpu::RenderState;
+use geom::{Bounds, Point, Vec2};
+
+/// Which of the views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum View {
+    /// From above.
+    Map,
+    /// In space.
+    Model,
+}
+
+impl View {
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Map => "Map",
+            Self::Model => "Model",
+        }
+    }
+}
+
+/// A view with its camera.
+#[derive(Debug)]
+pub struct Viewport<C> {
+    /// Where one looks from.
+    pub camera: C,
+    surface: Surface,
+}
+
+/// What is painted on for a view.
+#[derive(Debug, Default)]
+struct Surface {
+    target: Option<Target>,
+    texture: Option<TextureId>,
+    /// What was painted last.
+    painted: Option<String>,
+    /// What that cost.
+    cost: Cost,
+}
+
+/// Both views, and what draws them.
+#[derive(Debug)]
+pub struct Viewports {
+    /// The map.
+    pub map: Viewport<MapCamera>,
+    /// The model.
+    pub model: Viewport<OrbitCamera>,
+    /// How things are shown.
+    pub look: crate::render::Look,
+    renderer: Option<Renderer>,
+    overlay: Option<(String, Overlay)>,
+}
+
+/// A place of an open view before anything is known of its city.
+const NOWHERE: Bounds = Bounds { min: Point::new(0, 0), max: Point::new(1 << 20, 1 << 20) };
+
+impl Viewports {
+    /// Views of nothing yet.
+    pub fn new(gpu: Option<Gpu>) -> Self {
+        Self {
+            map: Viewport { camera: MapCamera::over(NOWHERE, [800.0, 600.0]), surface: Surface::default() },
+            model: Viewport { camera: OrbitCamera::over(NOWHERE, 0.0), surface: Surface::default() },
+            look: crate::render::Look::default(),
+            renderer: gpu.map(Renderer::new),
+            overlay: None,
+        }
+    }
+
+    /// Looks at some ground.
+    pub fn fit(&mut self, bounds: Bounds, city: &City) {
+        let pixels = self.map.surface.target.as_ref().map_or([800, 600], Target::size).map(|side| side as f32);
+        self.map.camera = MapCamera::over(bounds, pixels);
+        let middle = (bounds.min.metres() + bounds.max.metres()) / 2.0;
+        let around = OrbitCamera::over(bounds, city.site.elevation(middle));
+        self.model.camera =
+            OrbitCamera { heading: self.model.camera.heading, pitch: self.model.camera.pitch, ..around };
+    }
+
+    /// What the last frame of a view cost.
+    pub fn cost(&self, view: View) -> Cost {
+        match view {
+            View::Map => self.map.surface.cost,
+            View::Model => self.model.surface.cost,
+        }
+    }
+}
+
+/// Shows a view in all the room there is.
+pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which: View) {
+    let size = ui.available_size().max(Size::splat(1.0));
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag() | Sense::focusable_noninteractive());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("{} view", which.name())));
+    let Some(ready) = state.ready.clone() else {
+        nothing(ui, state, rect);
+        return;
+    };
+    let scale = ui.ctx().pixels_per_point();
+    let pixels = [rect.width() * scale, rect.height() * scale].map(|side| side.round().max(1.0));
+    let pointer = |at: Pos2| [(at.x - rect.min.x) * scale, (at.y - rect.min.y) * scale];
+    move_camera(ui, state, which, &response, pixels, pointer, scale);
+    if response.clicked() {
+        response.request_focus();
+        if let Some(at) = response.interact_pointer_pos() {
+            let picked = pick(state, which, &ready.built.city, pointer(at), pixels);
+            state.commands.push(Command::Select(next(&picked, state.selected.as_ref())));
+        }
+    }
+    if response.double_clicked() {
+        state.commands.push(Command::Fit);
+    }
+    let (Some(scene), Some(render)) = (&ready.scene, render) else {
+        ui.painter().text(
+            rect.center(),
+            egui::Align2::CENTER_CENTER,
+            "No graphics adapter: nothing can be drawn",
+            egui::FontId::proportional(16.0),
+            ui.visuals().text_color(),
+        );
+        return;
+    };
+    let painted = paint(state, render, scene, &ready.built.city, which, pixels.map(|side| side as u32));
+    match painted {
+        Ok(texture) => {
+            let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+            ui.painter().image(texture, rect, whole, Color32::WHITE);
+        }
+        Err(error) => state.message = Some(error),
+    }
+    if which == View::Map {
+        outline(ui, state, &ready.built.city, rect, pixels, scale);
+    }
+}
+
+/// Says what there is to do, or what is going on.
+fn nothing(ui: &Ui, state: &State, rect: Rect) {
+    let words = match (&state.city, &state.failure) {
+        (None, _) => "Open a city to see it here",
+        (Some(_), Some(_)) => "There is no city yet: see Problems",
+        (Some(_), None) => "The city is being built",
+    };
+    let colour = ui.visuals().weak_text_color();
+    ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, words, egui::FontId::proportional(16.0), colour);
+}
+
+/// Steps of the keyboard, in pixels.
+const STEP: f32 = 60.0;
+
+fn move_camera(
+    ui: &Ui,
+    state: &mut State,
+    which: View,
+    response: &egui::Response,
+    pixels: [f32; 2],
+    pointer: impl Fn(Pos2) -> [f32; 2],
+    scale: f32,
+) {
+    let drag = response.drag_delta() * scale;
+    let drag = [drag.x, drag.y];
+    let scroll = if response.hovered() { ui.input(|input| input.smooth_scroll_delta().y) } else { 0.0 };
+    let pinch = if response.hovered() { ui.input(egui::InputState::zoom_delta) } else { 1.0 };
+    let mut factor = f64::from((scroll * 0.004).exp() * pinch);
+    let alt = ui.input(|input| input.modifiers.alt);
+    let mut keys = [0.0f32; 2];
+    if response.has_focus() {
+        ui.input(|input| {
+            for (key, way) in [
+                (Key::ArrowLeft, [STEP, 0.0]),
+                (Key::ArrowRight, [-STEP, 0.0]),
+                (Key::ArrowUp, [0.0, STEP]),
+                (Key::ArrowDown, [0.0, -STEP]),
+            ] {
+                if input.key_pressed(key) {
+                    keys = [keys[0] + way[0], keys[1] + way[1]];
+                }
+            }
+            for (key, by) in [(Key::Plus, 1.25), (Key::Equals, 1.25), (Key::Minus, 0.8)] {
+                if input.key_pressed(key) {
+                    factor *= by;
+                }
+            }
+        });
+    }
+    let under = response.hover_pos().map_or([pixels[0] / 2.0, pixels[1] / 2.0], pointer);
+    match which {
+        View::Map => {
+            let camera = &mut state.views.map.camera;
+            if response.dragged() {
+                camera.drag(drag);
+            }
+            camera.drag(keys);
+            if (factor - 1.0).abs() > 1e-6 {
+                camera.zoom(factor, under, pixels);
+            }
+        }
+        View::Model => {
+            let camera = &mut state.views.model.camera;
+            // As in Maya with Alt held, and without it as on a map with three buttons.
+            if response.dragged_by(PointerButton::Primary) {
+                camera.turn(drag);
+            } else if response.dragged_by(PointerButton::Middle) {
+                camera.pan(drag, pixels[1]);
+            } else if response.dragged_by(PointerButton::Secondary) {
+                if alt {
+                    camera.zoom(f64::from((drag[0] - drag[1]) * 0.005).exp())
+                } else {
+                    camera.pan(drag, pixels[1])
+                }
+            }
+            camera.pan(keys, pixels[1]);
+            camera.zoom(factor);
+        }
+    }
+}
+
+/// What lies under a pixel, from the smallest to the largest.
+fn pick(state: &State, which: View, city: &City, pixel: [f32; 2], pixels: [f32; 2]) -> Vec<Element> {
+    let place = match which {
+        View::Map => Some(state.views.map.camera.place(pixel, pixels)),
+        View::Model => {
+            let (from, way) = state.views.model.camera.ray(pixel, pixels);
+            near_ray(city, from, way)
+        }
+    };
+    place.map_or(Vec::new(), |place| at(city, place))
+}
+
+/// A click picks the smallest thing, one more on the same what lies around it.
+fn next(found: &[Element], selected: Option<&Element>) -> Option<Element> {
+    let known = selected.and_then(|selected| found.iter().position(|element| element == selected));
+    known.map_or_else(|| found.first(), |known| found.get((known + 1) % found.len())).cloned()
+}
+
+/// Paints a view where anything is another than before; returns the texture that shows it.
+fn paint(
+    state: &mut State,
+    render: &RenderState,
+    scene: &Scene,
+    city: &City,
+    which: View,
+    size: [u32; 2],
+) -> Result<TextureId, String> {
+    let Viewports { map, model, look, renderer, overlay } = &mut state.views;
+    let Some(renderer) = renderer else { return Err("no graphics adapter".into()) };
+    let (camera, surface) = match which {
+        View::Map => (Camera::Map(map.camera), &mut map.surface),
+        View::Model => (Camera::Orbit(model.camera), &mut model.surface),
+    };
+    let wanted = state.overlay.0.as_ref();
+    let ready = state.ready.as_ref().map_or(std::ptr::null(), std::sync::Arc::as_ptr);
+    let key =
+        format!("{ready:?} {camera:?} {look:?} {size:?} {:?} {wanted:?} {}", state.preferences.layers, state.overlay.1);
+    if let (Some(texture), Some(painted)) = (surface.texture, &surface.painted)
+        && *painted == key
+    {
+        return Ok(texture);
+    }
+    let tag = wanted.map(|name| format!("{ready:?} {name}"));
+    if overlay.as_ref().map(|(tag, _)| tag) != tag.as_ref() {
+        let map = wanted.and_then(|name| city.site.map(name));
+        *overlay = map.zip(tag).map(|(map, tag)| (tag, Overlay::of(renderer.gpu(), map, 0.0)));
+    }
+    if let Some((_, overlay)) = overlay {
+        overlay.opacity = state.overlay.1;
+    }
+    if surface.target.as_ref().is_none_or(|target| target.size() != size) {
+        let target = Target::new(renderer.gpu(), size).map_err(|error| error.to_string())?;
+        let mut egui = render.renderer.write();
+        let filter = wgpu::FilterMode::Nearest;
+        match surface.texture {
+            Some(texture) => {
+                egui.update_egui_texture_from_wgpu_texture(&render.device, target.shown(), filter, texture);
+            }
+            None => surface.texture = Some(egui.register_native_texture(&render.device, target.shown(), filter)),
+        }
+        surface.target = Some(target);
+    }
+    let (Some(target), Some(texture)) = (&surface.target, surface.texture) else { return Err("no target".into()) };
+    let overlay = overlay.as_ref().map(|(_, overlay)| overlay);
+    surface.cost = renderer.draw(target, &camera, &shown(scene, &camera, &state.preferences.layers, overlay, *look));
+    surface.painted = Some(key);
+    Ok(texture)
+}
+
+/// The rim of what is picked, over the map.
+fn outline(ui: &Ui, state: &State, city: &City, rect: Rect, pixels: [f32; 2], scale: f32) {
+    let Some(polygon) = state.selected.as_ref().and_then(|element| polygon_of(city, element)) else { return };
+    let camera = &state.views.map.camera;
+    let place = |at: Vec2| {
+        let [x, y] = camera.pixel(at, pixels);
+        Pos2::new(rect.min.x + x / scale, rect.min.y + y / scale)
+    };
+    let painter = ui.painter().with_clip_rect(rect);
+    for ring in polygon.rings() {
+        let points: Vec<Pos2> = ring.iter().chain(ring.first()).map(|p| place(p.metres())).collect();
+        painter.line(points.clone(), Stroke::new(4.0, Color32::WHITE));
+        painter.line(points, Stroke::new(2.0, Color32::from_rgb(0xc2, 0x18, 0x5b)));
+    }
+}

@@ -1,0 +1,325 @@
+//! The thread that reads and builds, so that the window never waits: the newest order and the newest files win.
+
+use crate::render::Gpu;
+use crate::scene::{ColourBy, Scene};
+use city::{
+    BuildError, Built, Cache, Cancel, Changes, FaultReport, LoadError, Loaded, Progress, Settings, Sources, Stage,
+    Watch, build_with, load_as_written,
+};
+use script::Texts;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What is to be shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Order {
+    /// A folder with a `city.rhai`, or the script.
+    pub city: PathBuf,
+    /// A folder of further rules.
+    pub rules: Option<PathBuf>,
+    /// What is laid over the script.
+    pub changes: Changes,
+    /// What streets are coloured by on the map.
+    pub colour_by: ColourBy,
+}
+
+/// What the worker tells.
+#[derive(Debug)]
+pub enum News {
+    /// Files changed: these.
+    Changed(Vec<String>),
+    /// A build is under way: a stage, with the share of it that is done where that is known.
+    Under(&'static str, Option<f32>),
+    /// A city is ready.
+    Ready(Arc<Ready>),
+    /// There is none: the last one stays.
+    Failed(Arc<Failure>),
+    /// Files cannot be watched.
+    Unwatched(String),
+}
+
+/// A city with all that is shown of it.
+#[derive(Debug)]
+pub struct Ready {
+    /// What it was made for.
+    pub order: Order,
+    /// The script without changes.
+    pub as_written: Loaded,
+    /// What it was built from.
+    pub sources: Sources,
+    /// The city, with its report.
+    pub built: Built,
+    /// What is drawn; none without a device.
+    pub scene: Option<Scene>,
+    /// From the first reading to here.
+    pub took: Duration,
+}
+
+/// Why there is no city.
+#[derive(Debug, Default)]
+pub struct Failure {
+    /// What it was to be made for.
+    pub order: Option<Order>,
+    /// What went wrong, where it was not in scripts.
+    pub message: Option<String>,
+    /// What is wrong in scripts.
+    pub faults: Vec<FaultReport>,
+    /// The texts of scripts.
+    pub texts: Option<Texts>,
+}
+
+impl Failure {
+    fn of(order: &Order, error: LoadError) -> Self {
+        let order = Some(order.clone());
+        match error {
+            LoadError::Scripts { faults, texts } => {
+                Self { order, message: None, faults: faults.iter().map(Into::into).collect(), texts: Some(texts) }
+            }
+            other => Self { order, message: Some(other.to_string()), ..Self::default() },
+        }
+    }
+
+    fn of_build(order: &Order, error: &BuildError, texts: &Texts) -> Self {
+        let faults = match error {
+            BuildError::Fault(fault) => vec![FaultReport::from(&**fault)],
+            BuildError::Nothing { faults, .. } => faults.iter().map(FaultReport::from).collect(),
+            BuildError::Cancelled | BuildError::Threads(_) => Vec::new(),
+        };
+        Self { order: Some(order.clone()), message: Some(error.to_string()), faults, texts: Some(texts.clone()) }
+    }
+}
+
+/// Wakes whoever shows the news.
+pub type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// The thread, as the window sees it. Ends with it.
+pub struct Worker {
+    news: Receiver<News>,
+    shared: Arc<Shared>,
+    stop: Box<dyn Fn() + Send>,
+}
+
+#[derive(Default)]
+struct Shared {
+    order: Mutex<Option<Order>>,
+    building: Mutex<Option<Cancel>>,
+    is_over: AtomicBool,
+    /// Orders that were given.
+    given: AtomicU64,
+    /// Orders whose city was told of.
+    done: AtomicU64,
+}
+
+impl Worker {
+    /// Starts it.
+    ///
+    /// # Errors
+    /// When files cannot be watched at all, or there is no thread.
+    pub fn start(gpu: Option<Gpu>, cache: Cache, wake: Wake) -> Result<Self, String> {
+        let (sender, news) = channel();
+        let shared = Arc::<Shared>::default();
+        let watch = Watch::new(&[]).map_err(|error| error.to_string())?;
+        let stop = Box::new(watch.stopper());
+        let bench = Bench { watch, gpu, cache, teller: Teller { sender, wake }, shared: shared.clone() };
+        let thread = std::thread::Builder::new().name("worker".into());
+        thread.spawn(move || bench.run()).map_err(|error| error.to_string())?;
+        Ok(Self { news, shared, stop })
+    }
+
+    /// Asks for a city; what was asked for before is given up.
+    pub fn order(&self, order: Order) {
+        self.shared.given.fetch_add(1, Ordering::SeqCst);
+        *lock(&self.shared.order) = Some(order);
+        self.cancel();
+        (self.stop)();
+    }
+
+    /// Gives up what is being built; the last city stays.
+    pub fn cancel(&self) {
+        if let Some(building) = &*lock(&self.shared.building) {
+            building.cancel();
+        }
+    }
+
+    /// What was told since.
+    pub fn news(&self) -> impl Iterator<Item = News> {
+        self.news.try_iter()
+    }
+
+    /// Whether all that was ordered is done.
+    pub fn is_idle(&self) -> bool {
+        self.shared.done.load(Ordering::SeqCst) == self.shared.given.load(Ordering::SeqCst)
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.shared.is_over.store(true, Ordering::SeqCst);
+        self.cancel();
+        (self.stop)();
+    }
+}
+
+/// Tells news, and wakes whoever shows them.
+#[derive(Clone)]
+struct Teller {
+    sender: Sender<News>,
+    wake: Wake,
+}
+
+impl Teller {
+    fn tell(&self, news: News) {
+        // Nobody listens once the window is closed.
+        let _ = self.sender.send(news);
+        (self.wake)();
+    }
+}
+
+/// Where the worker works.
+struct Bench {
+    watch: Watch,
+    gpu: Option<Gpu>,
+    cache: Cache,
+    teller: Teller,
+    shared: Arc<Shared>,
+}
+
+impl Bench {
+    fn run(mut self) {
+        let mut order: Option<Order> = None;
+        let mut before: Option<Arc<Ready>> = None;
+        while !self.shared.is_over.load(Ordering::SeqCst) {
+            let given = self.shared.given.load(Ordering::SeqCst);
+            if let Some(newest) = lock(&self.shared.order).take() {
+                order = Some(newest);
+            }
+            if let Some(order) = &order {
+                before = self.round(order, before);
+            }
+            if lock(&self.shared.order).is_some() {
+                continue;
+            }
+            self.shared.done.store(given, Ordering::SeqCst);
+            (self.teller.wake)();
+            if let Some(changed) = self.watch.wait() {
+                let names = changed.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
+                self.teller.tell(News::Changed(names.collect()));
+            }
+        }
+        self.cache.flush();
+    }
+
+    /// Builds once; tells what came of it, unless it was given up.
+    fn round(&mut self, order: &Order, before: Option<Arc<Ready>>) -> Option<Arc<Ready>> {
+        let begin = Instant::now();
+        let cancel = Cancel::default();
+        *lock(&self.shared.building) = Some(cancel.clone());
+        // An order that came meanwhile has nothing to give up yet.
+        if lock(&self.shared.order).is_some() {
+            return before;
+        }
+        self.teller.tell(News::Under("reading", None));
+        let folders = [folder_of(&order.city)].into_iter().chain(order.rules.clone()).collect::<Vec<_>>();
+        if let Err(error) = self.watch.follow(&folders) {
+            self.teller.tell(News::Unwatched(error.to_string()));
+        }
+        let result = self.made(order, &cancel, &folders, before.as_deref(), begin);
+        *lock(&self.shared.building) = None;
+        match result {
+            Ok(Some(ready)) => {
+                let ready = Arc::new(ready);
+                self.teller.tell(News::Ready(ready.clone()));
+                Some(ready)
+            }
+            Ok(None) => before,
+            Err(failure) => {
+                self.teller.tell(News::Failed(Arc::new(failure)));
+                before
+            }
+        }
+    }
+
+    /// `None` where it was given up.
+    fn made(
+        &mut self,
+        order: &Order,
+        cancel: &Cancel,
+        always: &[PathBuf],
+        before: Option<&Ready>,
+        begin: Instant,
+    ) -> Result<Option<Ready>, Failure> {
+        let failed = |error| Failure::of(order, error);
+        let as_written = load_as_written(&order.city, order.rules.as_deref()).map_err(failed)?;
+        let folders: Vec<PathBuf> = always.iter().cloned().chain(as_written.folders()).collect();
+        if let Err(error) = self.watch.follow(&folders) {
+            self.teller.tell(News::Unwatched(error.to_string()));
+        }
+        let mut changed = load_as_written(&order.city, order.rules.as_deref()).map_err(failed)?;
+        order.changes.lay_over(&mut changed).map_err(|error| failed(error.into()))?;
+        let sources = changed.read_with(&self.cache).map_err(failed)?;
+        let settings = Settings::default();
+        let progress = Told { teller: self.teller.clone(), parts: Mutex::default() };
+        let built = self.watch.during(cancel, || build_with(&sources, settings, &self.cache, &progress, cancel));
+        let built = match built {
+            Ok(built) => built,
+            Err(BuildError::Cancelled) => return Ok(None),
+            Err(error) => return Err(Failure::of_build(order, &error, &changed.texts)),
+        };
+        self.teller.tell(News::Under("drawing", None));
+        let scene = self.gpu.as_ref().map(|gpu| {
+            let before = before.and_then(|ready| ready.scene.as_ref());
+            Scene::of(gpu, &built.city, &self.cache, order.colour_by, before)
+        });
+        if cancel.is_cancelled() {
+            return Ok(None);
+        }
+        Ok(Some(Ready { order: order.clone(), as_written, sources, built, scene, took: begin.elapsed() }))
+    }
+}
+
+/// The folder of a city.
+pub fn folder_of(city: &Path) -> PathBuf {
+    let is_script = city.is_file() || city.extension().is_some_and(|ending| ending == "rhai");
+    let folder = if is_script { city.parent().unwrap_or(Path::new(".")) } else { city };
+    if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_path_buf() }
+}
+
+/// Tells how far a build is, not too often.
+struct Told {
+    teller: Teller,
+    parts: Mutex<Parts>,
+}
+
+#[derive(Default)]
+struct Parts {
+    stage: &'static str,
+    done: u64,
+    all: u64,
+    told: u64,
+}
+
+impl Progress for Told {
+    fn begin(&self, stage: Stage, all: u64) {
+        *lock(&self.parts) = Parts { stage: stage.name(), done: 0, all, told: 0 };
+        self.teller.tell(News::Under(stage.name(), (all > 0).then_some(0.0)));
+    }
+
+    fn advance(&self, parts: u64) {
+        let mut known = lock(&self.parts);
+        known.done += parts;
+        let percent = if known.all > 0 { known.done * 100 / known.all } else { 0 };
+        if percent >= known.told + 5 {
+            known.told = percent;
+            self.teller.tell(News::Under(known.stage, Some(percent as f32 / 100.0)));
+        }
+    }
+
+    fn end(&self, _: Stage, _: &str) {}
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
