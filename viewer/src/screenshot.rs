@@ -1,10 +1,9 @@
 //! Pictures without a window.
 
-use crate::render::{Camera, Gpu, GpuError, Look, MapCamera, OrbitCamera, Overlay, Renderer, Target};
-use crate::scene::{ColourBy, LayerKind, Scene};
+use crate::render::{Camera, Gpu, GpuError, Look, MapCamera, Overlay, Renderer, Target};
+use crate::scene::{ColourBy, Scene};
 use crate::shown::{Layers, shown};
-use city::{Built, Cache};
-use std::collections::BTreeSet;
+use city::{Built, Cache, City};
 
 /// What a picture shows.
 #[derive(Clone, Debug)]
@@ -35,28 +34,25 @@ pub fn whole_map(scene: &Scene, size: [u32; 2]) -> Camera {
     Camera::Map(MapCamera::over(scene.extent, size.map(|side| side as f32)))
 }
 
-/// The same in space.
-pub fn whole_model(scene: &Scene, city: &city::City) -> Camera {
-    let middle = (scene.extent.min.metres() + scene.extent.max.metres()) / 2.0;
-    Camera::Orbit(OrbitCamera::over(scene.extent, city.site.elevation(middle)))
-}
-
 /// Draws a city.
 ///
 /// # Errors
 /// When the device cannot.
 pub fn picture(gpu: &Gpu, built: &Built, wish: &Picture) -> Result<image::RgbaImage, GpuError> {
     let scene = Scene::of(gpu, &built.city, &Cache::none(), wish.colour_by, None);
-    let target = Target::new(gpu, wish.size)?;
-    let map = wish.overlay.as_ref().and_then(|(name, opacity)| Some((built.city.site.map(name)?, *opacity)));
-    let overlay = map.map(|(map, opacity)| Overlay::of(gpu, map, opacity));
-    let camera = wish.camera.unwrap_or_else(|| whole_map(&scene, wish.size));
-    let mut renderer = Renderer::new(gpu.clone());
-    renderer.draw(&target, &camera, &shown(&scene, &camera, &wish.layers, overlay.as_ref(), wish.look));
-    target.read(gpu)
+    of_scene(gpu, &scene, &built.city, wish)
 }
 
-/// Layers by their names.
-pub fn layers_of(names: &[LayerKind]) -> BTreeSet<LayerKind> {
-    names.iter().copied().collect()
+/// The same of a scene that was made before, whatever its streets are coloured by.
+///
+/// # Errors
+/// When the device cannot.
+pub fn of_scene(gpu: &Gpu, scene: &Scene, city: &City, wish: &Picture) -> Result<image::RgbaImage, GpuError> {
+    let target = Target::new(gpu, wish.size)?;
+    let map = wish.overlay.as_ref().and_then(|(name, opacity)| Some((city.site.map(name)?, *opacity)));
+    let overlay = map.map(|(map, opacity)| Overlay::of(gpu, map, opacity));
+    let camera = wish.camera.unwrap_or_else(|| whole_map(scene, wish.size));
+    let mut renderer = Renderer::new(gpu.clone());
+    renderer.draw(&target, &camera, &shown(scene, &camera, &wish.layers, overlay.as_ref(), wish.look));
+    target.read(gpu)
 }

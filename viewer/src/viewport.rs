@@ -59,6 +59,8 @@ pub struct Viewports {
     pub look: crate::render::Look,
     renderer: Option<Renderer>,
     overlay: Option<(String, Overlay)>,
+    /// What the map is to show as soon as its room is known.
+    to_fit: Option<Bounds>,
 }
 
 /// A place of an open view before anything is known of its city.
@@ -73,13 +75,13 @@ impl Viewports {
             look: crate::render::Look::default(),
             renderer: gpu.map(Renderer::new),
             overlay: None,
+            to_fit: None,
         }
     }
 
     /// Looks at some ground.
     pub fn fit(&mut self, bounds: Bounds, city: &City) {
-        let pixels = self.map.surface.target.as_ref().map_or([800, 600], Target::size).map(|side| side as f32);
-        self.map.camera = MapCamera::over(bounds, pixels);
+        self.to_fit = Some(bounds);
         let middle = (bounds.min.metres() + bounds.max.metres()) / 2.0;
         let around = OrbitCamera::over(bounds, city.site.elevation(middle));
         self.model.camera =
@@ -106,6 +108,11 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
     };
     let scale = ui.ctx().pixels_per_point();
     let pixels = [rect.width() * scale, rect.height() * scale].map(|side| side.round().max(1.0));
+    if which == View::Map
+        && let Some(bounds) = state.views.to_fit.take()
+    {
+        state.views.map.camera = MapCamera::over(bounds, pixels);
+    }
     let pointer = |at: Pos2| [(at.x - rect.min.x) * scale, (at.y - rect.min.y) * scale];
     move_camera(ui, state, which, &response, pixels, pointer, scale);
     if response.clicked() {
@@ -249,7 +256,7 @@ fn paint(
     which: View,
     size: [u32; 2],
 ) -> Result<TextureId, String> {
-    let Viewports { map, model, look, renderer, overlay } = &mut state.views;
+    let Viewports { map, model, look, renderer, overlay, to_fit: _ } = &mut state.views;
     let Some(renderer) = renderer else { return Err("no graphics adapter".into()) };
     let (camera, surface) = match which {
         View::Map => (Camera::Map(map.camera), &mut map.surface),

@@ -236,7 +236,7 @@ impl Bench {
             }
             Ok(None) => before,
             Err(failure) => {
-                self.teller.tell(News::Failed(Arc::new(failure)));
+                self.teller.tell(News::Failed(failure.into()));
                 before
             }
         }
@@ -250,8 +250,8 @@ impl Bench {
         always: &[PathBuf],
         before: Option<&Ready>,
         begin: Instant,
-    ) -> Result<Option<Ready>, Failure> {
-        let failed = |error| Failure::of(order, error);
+    ) -> Result<Option<Ready>, Box<Failure>> {
+        let failed = |error| Box::new(Failure::of(order, error));
         let as_written = load_as_written(&order.city, order.rules.as_deref()).map_err(failed)?;
         let folders: Vec<PathBuf> = always.iter().cloned().chain(as_written.folders()).collect();
         if let Err(error) = self.watch.follow(&folders) {
@@ -266,7 +266,7 @@ impl Bench {
         let built = match built {
             Ok(built) => built,
             Err(BuildError::Cancelled) => return Ok(None),
-            Err(error) => return Err(Failure::of_build(order, &error, &changed.texts)),
+            Err(error) => return Err(Box::new(Failure::of_build(order, &error, &changed.texts))),
         };
         self.teller.tell(News::Under("drawing", None));
         let scene = self.gpu.as_ref().map(|gpu| {
@@ -310,7 +310,7 @@ impl Progress for Told {
     fn advance(&self, parts: u64) {
         let mut known = lock(&self.parts);
         known.done += parts;
-        let percent = if known.all > 0 { known.done * 100 / known.all } else { 0 };
+        let percent = (known.done * 100).checked_div(known.all).unwrap_or(0);
         if percent >= known.told + 5 {
             known.told = percent;
             self.teller.tell(News::Under(known.stage, Some(percent as f32 / 100.0)));

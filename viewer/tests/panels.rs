@@ -1,5 +1,7 @@
 //! The panels, driven through the names that screen readers hear.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use city::{Cancel, Changes, Settings, Silent, build, load, load_as_written};
 use eframe::egui::Role;
 use egui_kittest::Harness;

@@ -1,5 +1,7 @@
 //! Every declared parameter of every shipped rule, as a widget.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use eframe::egui::{self, Key, Role};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;

@@ -2,7 +2,7 @@
 
 use crate::inspect::facts;
 use crate::state::{Command, State};
-use eframe::egui::{Grid, RichText, Ui};
+use eframe::egui::{Grid, Label, RichText, Ui};
 
 /// Shows it.
 pub fn ui(ui: &mut Ui, state: &mut State) {
@@ -14,11 +14,11 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     Grid::new("facts").num_columns(2).show(ui, |ui| {
         for (name, value) in facts(&ready.built.city, &element) {
             ui.weak(name);
-            ui.label(value);
+            ui.add(Label::new(&value).truncate()).on_hover_text(&value);
             ui.end_row();
         }
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         if ui.button("Look at it").clicked() {
             state.commands.push(Command::Fit);
         }

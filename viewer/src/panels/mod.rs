@@ -73,7 +73,7 @@ impl egui_tiles::Behavior<Pane> for Docks<'_> {
             view(ui, self.state, self.render, which);
             return egui_tiles::UiResponse::None;
         }
-        egui::Frame::new().inner_margin(8).show(ui, |ui| {
+        egui::Frame::central_panel(ui.style()).show(ui, |ui| {
             ScrollArea::both().id_salt(pane.name()).auto_shrink(false).show(ui, |ui| match pane {
                 Pane::Presets => presets::ui(ui, self.state),
                 Pane::Parameters => parameters::ui(ui, self.state),

@@ -77,8 +77,8 @@ impl OrbitCamera {
     /// Shows all of some ground from the south-west.
     pub fn over(bounds: Bounds, height: f64) -> Self {
         let middle = (bounds.min.metres() + bounds.max.metres()) / 2.0;
-        let distance = bounds.size().max_element() * 0.9;
-        Self { target: middle.extend(height), distance: distance.max(50.0), heading: 30.0, pitch: 38.0 }
+        let distance = bounds.size().length() * 0.95;
+        Self { target: middle.extend(height), distance: distance.max(50.0), heading: 25.0, pitch: 42.0 }
     }
 
     /// The way it looks, of length 1.

@@ -16,14 +16,17 @@ pub struct ModelScene {
 #[derive(Clone, Debug)]
 struct Part {
     /// What the chunk was made of.
-    meshes: Vec<(Surface, Arc<Mesh>)>,
+    meshes: Meshes,
     chunk: ChunkRef,
 }
+
+/// The meshes of a tile's group.
+type Meshes = Vec<(Surface, Arc<Mesh>)>;
 
 impl ModelScene {
     /// The scene of a model; chunks of the same meshes are taken from `before`.
     pub fn of(gpu: &Gpu, model: &Model, before: Option<&Self>) -> Self {
-        let parts: Vec<((TileKey, Group), Vec<(Surface, Arc<Mesh>)>)> = model
+        let parts: Vec<((TileKey, Group), Meshes)> = model
             .tiles
             .iter()
             .flat_map(|(&key, tile)| groups(tile).into_iter().map(move |(g, m)| ((key, g), m)))
@@ -65,8 +68,8 @@ impl ModelScene {
 }
 
 /// The meshes of a tile by group.
-fn groups(tile: &Tile) -> BTreeMap<Group, Vec<(Surface, Arc<Mesh>)>> {
-    let mut groups: BTreeMap<Group, Vec<(Surface, Arc<Mesh>)>> = BTreeMap::new();
+fn groups(tile: &Tile) -> BTreeMap<Group, Meshes> {
+    let mut groups: BTreeMap<Group, Meshes> = BTreeMap::new();
     for (&(group, surface), mesh) in tile {
         groups.entry(group).or_default().push((surface, mesh.clone()));
     }

@@ -1,0 +1,173 @@
+//! Pictures without a window, held against golden ones, with Vulkan in software where there is no other.
+//!
+//! `UPDATE_SNAPSHOTS=1 cargo test --workspace --test pictures` takes new ones over, to be looked at.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use city::{Built, Cache, Cancel, Settings, Silent, build, load};
+use egui_kittest::{SnapshotOptions, try_image_snapshot_options};
+use geom::{Bounds, Vec2};
+use image::RgbaImage;
+use std::path::Path;
+use viewer::render::{Camera, Gpu, GpuError, Look, MapCamera, OrbitCamera, Target};
+use viewer::scene::{By, LayerKind, Scene};
+use viewer::screenshot::{Picture, of_scene, picture};
+
+/// Size of the pictures.
+const SIZE: [u32; 2] = [480, 320];
+
+/// Pixels along silhouettes that drivers may see differently.
+const SILHOUETTES: usize = 300;
+
+/// A device, or a word that there is none.
+fn device() -> Option<Gpu> {
+    match Gpu::headless() {
+        Ok(gpu) => {
+            println!("drawn by {}", gpu.about);
+            Some(gpu)
+        }
+        Err(error) => {
+            println!("SKIPPED, nothing was drawn: {error}");
+            None
+        }
+    }
+}
+
+fn built(city: &str) -> Built {
+    let loaded = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scripts").join(city), None).unwrap();
+    build(&loaded.read().unwrap(), Settings::default(), &Silent, &Cancel::default()).unwrap()
+}
+
+/// What is built on, and a place where there is something to see.
+fn places(built: &Built) -> (Bounds, Vec2) {
+    let blocks = &built.city.blocks;
+    (built.city.graph.bounds().unwrap(), blocks[blocks.len() / 2].polygon.outer[0].metres())
+}
+
+/// All of a city in space, and a part of it from nearby.
+fn in_space(built: &Built) -> [Camera; 2] {
+    let (bounds, place) = places(built);
+    let target = place.extend(built.city.site.elevation(place));
+    let near = OrbitCamera { target, distance: 350.0, heading: 40.0, pitch: 32.0 };
+    [OrbitCamera::over(bounds, target.z), near].map(Camera::Orbit)
+}
+
+fn on_map(built: &Built) -> [Camera; 2] {
+    let (bounds, centre) = places(built);
+    [MapCamera::over(bounds, SIZE.map(|side| side as f32)), MapCamera { centre, scale: 1.2 }].map(Camera::Map)
+}
+
+fn wish(camera: Camera) -> Picture {
+    Picture { size: SIZE, camera: Some(camera), ..Picture::default() }
+}
+
+/// Pixels in which two pictures differ by more than a shade.
+fn apart(a: &RgbaImage, b: &RgbaImage) -> usize {
+    let differ = |(p, q): (&image::Rgba<u8>, &image::Rgba<u8>)| p.0.iter().zip(q.0).any(|(a, b)| a.abs_diff(b) > 6);
+    a.pixels().zip(b.pixels()).filter(|pair| differ(*pair)).count()
+}
+
+#[test]
+fn cities_look_as_they_did() {
+    let Some(gpu) = device() else { return };
+    let mut wrong = Vec::new();
+    for name in ["lattice", "krems", "patterns"] {
+        let built = built(name);
+        let scene = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
+        let cameras = [("map", on_map(&built)), ("model", in_space(&built))];
+        for (kind, [whole, near]) in cameras {
+            for (part, camera) in [("whole", whole), ("near", near)] {
+                let drawn = of_scene(&gpu, &scene, &built.city, &wish(camera)).unwrap();
+                let options = SnapshotOptions::new().max_failed_pixels(SILHOUETTES);
+                let golden = format!("{name}_{kind}_{part}");
+                wrong.extend(try_image_snapshot_options(&drawn, golden, &options).err().map(|error| error.to_string()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_option_shows() {
+    let Some(gpu) = device() else { return };
+    let built = built("krems");
+    let ([_, near], [whole, map]) = (in_space(&built), on_map(&built));
+    let scene = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
+    let draw = |wish: &Picture| of_scene(&gpu, &scene, &built.city, wish).unwrap();
+    let (model, plan) = (wish(near), wish(map));
+    let (model_drawn, plan_drawn) = (draw(&model), draw(&plan));
+    let shows = |name: &str, drawn: RgbaImage, before: &RgbaImage| {
+        let pixels = apart(&drawn, before);
+        assert!(pixels > 60, "{name} changes {pixels} pixels");
+    };
+    let look = |change: fn(&mut Look)| {
+        let mut wish = model.clone();
+        change(&mut wish.look);
+        draw(&wish)
+    };
+    shows("shadows", look(|look| look.shadows = false), &model_drawn);
+    shows("silhouettes", look(|look| look.silhouettes = 0.0), &model_drawn);
+    shows("the sun", look(|look| look.sun = (90.0, 20.0)), &model_drawn);
+    for part in [0, 1, 3] {
+        let mut wish = model.clone();
+        wish.layers.model[part] = false;
+        shows(viewer::shown::MODEL_PARTS[part].1, draw(&wish), &model_drawn);
+    }
+    for layer in LayerKind::ALL {
+        // From far off borders of parcels are not drawn; from nearby there are few kinds of things.
+        let of = wish(if layer == LayerKind::Parcels { map } else { whole });
+        let before = draw(&of);
+        let mut wish = of;
+        if !wish.layers.map.remove(&layer) {
+            wish.layers.map.insert(layer);
+        }
+        let has_any = match layer {
+            LayerKind::Districts => !built.city.districts.is_empty(),
+            LayerKind::Landmarks => !built.city.landmarks.is_empty(),
+            LayerKind::Green => built.city.parcels.iter().any(|parcel| parcel.usage != layout::Use::Built),
+            _ => true,
+        };
+        if has_any {
+            shows(layer.name(), draw(&wish), &before);
+        }
+    }
+    for by in [By::Class, By::Rule, By::District] {
+        let coloured = picture(&gpu, &built, &Picture { colour_by: Some(by), ..plan.clone() }).unwrap();
+        shows(&format!("{by:?}"), coloured, &plan_drawn);
+    }
+    assert_eq!(draw(&model), model_drawn, "the same every time");
+}
+
+#[test]
+fn every_map_of_a_site_can_be_laid_over() {
+    let Some(gpu) = device() else { return };
+    let built = built("patterns");
+    let maps: Vec<String> = built.city.site.maps.keys().cloned().collect();
+    let scene = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
+    let draw = |wish: &Picture| of_scene(&gpu, &scene, &built.city, wish).unwrap();
+    let ([_, map], [_, near]) = (on_map(&built), in_space(&built));
+    for camera in [map, near] {
+        let plain = draw(&wish(camera));
+        for name in &maps {
+            let over = Picture { overlay: Some((name.clone(), 0.8)), ..wish(camera) };
+            let pixels = apart(&draw(&over), &plain);
+            assert!(pixels > 1000, "{name} changes {pixels} pixels");
+            let unseen = Picture { overlay: Some((name.clone(), 0.0)), ..wish(camera) };
+            assert_eq!(apart(&draw(&unseen), &plain), 0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn sizes_that_no_device_holds_are_refused() {
+    let Some(gpu) = device() else { return };
+    for size in [[0, 10], [10, 0], [1_000_000, 10]] {
+        assert!(matches!(Target::new(&gpu, size), Err(GpuError::Size(..))), "{size:?}");
+    }
+    let built = built("lattice");
+    let [_, near] = in_space(&built);
+    for size in [[1, 1], [1, 700], [3840, 2160]] {
+        let drawn = picture(&gpu, &built, &Picture { size, ..wish(near) }).unwrap();
+        assert_eq!([drawn.width(), drawn.height()], size);
+    }
+}
