@@ -128,6 +128,7 @@ impl Action {
                 Self::Show(Pane::Inspector),
                 Self::Show(Pane::Statistics),
                 Self::Show(Pane::Problems),
+                Self::Show(Pane::Timeline),
             ],
         ),
         ("City", &[Self::Build, Self::Cancel, Self::Why, Self::Palette]),
@@ -455,7 +456,9 @@ fn shipped() -> Vec<PathBuf> {
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
-        self.state.catch_up();
+        if let Some(soon) = self.state.catch_up() {
+            ui.ctx().request_repaint_after(soon);
+        }
         self.shortcuts(ui);
         let dropped =
             ui.ctx().input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).next());
@@ -482,7 +485,7 @@ impl eframe::App for App {
         }
         if !self.state.commands.is_empty() {
             // Carried out at once, shown in the next frame.
-            self.state.catch_up();
+            let _ = self.state.catch_up();
             ui.ctx().request_repaint();
         }
     }

@@ -1,25 +1,15 @@
 //! Questions why something is there, answered on a thread of their own: the city is grown once more with a trace.
 
+use crate::evidence::Evidence;
 use crate::scene::Element;
 use crate::worker::{Ready, Wake};
-use city::export::geojson::write_layout;
-use city::export::layout_file::{LayoutFile, parse_layout};
 use city::why::{Answer, explain, find};
-use city::{Built, Cancel, Settings, Silent, build};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, OnceLock};
-
-/// What there is to answer from, made once for a city.
-#[derive(Debug, Default)]
-struct Evidence {
-    layout: OnceLock<Result<LayoutFile, String>>,
-    traced: OnceLock<Result<Built, String>>,
-}
 
 /// A question and its answer.
 #[derive(Debug, Default)]
 pub struct Asked {
-    evidence: Arc<Evidence>,
     waiting: Option<Receiver<Result<Answer, String>>>,
     /// The answer, or why there is none.
     pub answer: Option<Result<Answer, String>>,
@@ -27,9 +17,9 @@ pub struct Asked {
 
 impl Asked {
     /// Asks about something.
-    pub fn ask(&mut self, ready: Arc<Ready>, element: &Element, wake: Wake) {
+    pub fn ask(&mut self, ready: Arc<Ready>, evidence: Arc<Evidence>, element: &Element, wake: Wake) {
         let (sender, receiver) = channel();
-        let (evidence, id) = (self.evidence.clone(), element.id.to_string());
+        let id = element.id.to_string();
         (self.waiting, self.answer) = (Some(receiver), None);
         let answer = move || {
             // Nobody waits for it where something else was asked meanwhile.
@@ -54,24 +44,14 @@ impl Asked {
         self.waiting.is_some()
     }
 
-    /// What was asked is no longer of interest, and of another city from now on.
+    /// What was asked is no longer of interest.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
 }
 
 fn answer(evidence: &Evidence, ready: &Ready, id: &str) -> Result<Answer, String> {
-    let layout = evidence.layout.get_or_init(|| {
-        let mut bytes = Vec::new();
-        write_layout(&ready.built.city, &mut bytes).map_err(|error| error.to_string())?;
-        parse_layout(&bytes, std::path::Path::new("layout.geojson")).map_err(|error| error.to_string())
-    });
-    let layout = layout.as_ref().map_err(String::clone)?;
-    let traced = evidence.traced.get_or_init(|| {
-        let settings = Settings { traces: true, ..Settings::default() };
-        build(&ready.sources, settings, &Silent, &Cancel::default()).map_err(|error| error.to_string())
-    });
-    let traced = traced.as_ref().map_err(String::clone)?;
+    let (layout, traced) = (evidence.layout(ready)?, evidence.traced(ready)?);
     let found = find(layout, id).map_err(|error| error.to_string())?;
     Ok(explain(&found, layout, &ready.sources, traced))
 }

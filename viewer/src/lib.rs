@@ -3,6 +3,7 @@
 pub mod app;
 pub mod asked;
 pub mod command;
+pub mod evidence;
 pub mod gallery;
 pub mod history;
 pub mod inspect;
@@ -13,5 +14,6 @@ pub mod scene;
 pub mod screenshot;
 pub mod shown;
 pub mod state;
+pub mod timeline;
 pub mod viewport;
 pub mod worker;

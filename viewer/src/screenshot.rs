@@ -53,6 +53,6 @@ pub fn of_scene(gpu: &Gpu, scene: &Scene, city: &City, wish: &Picture) -> Result
     let overlay = map.map(|(map, opacity)| Overlay::of(gpu, map, opacity));
     let camera = wish.camera.unwrap_or_else(|| whole_map(scene, wish.size));
     let mut renderer = Renderer::new(gpu.clone());
-    renderer.draw(&target, &camera, &shown(scene, &camera, &wish.layers, overlay.as_ref(), wish.look));
+    renderer.draw(&target, &camera, &shown(scene, None, &camera, &wish.layers, overlay.as_ref(), wish.look));
     target.read(gpu)
 }

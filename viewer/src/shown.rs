@@ -1,7 +1,7 @@
 //! What of a scene is shown.
 
 use crate::render::{Camera, Kind, Look, Overlay, Shown};
-use crate::scene::{LayerKind, Scene};
+use crate::scene::{LayerKind, MapScene, Scene};
 use city::export::glb::Group;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -36,9 +36,10 @@ impl Default for Layers {
 /// Metres to the pixel from which borders of parcels would only be grey.
 const NO_PARCELS: f64 = 3.0;
 
-/// What there is to draw of a scene, seen by a camera.
+/// What there is to draw of a scene, seen by a camera; on the map another one, where one is given.
 pub fn shown<'a>(
     scene: &'a Scene,
+    map_now: Option<&'a MapScene>,
     camera: &Camera,
     layers: &Layers,
     overlay: Option<&'a Overlay>,
@@ -48,7 +49,7 @@ pub fn shown<'a>(
         Camera::Map(map) => {
             let is_shown =
                 |layer| layers.map.contains(&layer) && (layer != LayerKind::Parcels || map.scale < NO_PARCELS);
-            scene.map.chunks(is_shown).map(|(chunk, kind)| (&**chunk, kind)).collect()
+            map_now.unwrap_or(&scene.map).chunks(is_shown).map(|(chunk, kind)| (&**chunk, kind)).collect()
         }
         Camera::Orbit(_) => {
             let parts = MODEL_PARTS.iter().zip(layers.model).filter(|(_, is_on)| *is_on);
@@ -60,7 +61,7 @@ pub fn shown<'a>(
         site: scene.site,
         chunks,
         overlay,
-        ground: (is_map && layers.ground).then_some(&scene.ground),
+        ground: (is_map && layers.ground).then_some(&*scene.ground),
         look,
         background: if is_map { [0xe4, 0xe2, 0xdc] } else { [0xc9, 0xd8, 0xe4] },
     }

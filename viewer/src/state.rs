@@ -1,9 +1,11 @@
 //! What the window shows and what people do: panels read the state and leave commands, which are carried out between frames.
 
+use crate::evidence::Evidence;
 use crate::history::History;
 use crate::preferences::Preferences;
 use crate::render::Gpu;
 use crate::scene::{By, ColourBy, Element};
+use crate::timeline::Timeline;
 use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of};
 use crate::{asked, gallery};
@@ -11,6 +13,7 @@ use city::{Cache, Changes};
 use script::PresetTarget;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What people ask for.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +87,8 @@ pub struct State {
     pub selected: Option<Element>,
     /// Why it is there.
     pub asked: asked::Asked,
+    /// How the city grew.
+    pub timeline: Timeline,
     /// Pictures of presets.
     pub gallery: gallery::Gallery,
     /// What presets are laid on.
@@ -100,6 +105,8 @@ pub struct State {
     pub commands: Vec<Command>,
     /// What is looked for.
     pub filters: Filters,
+    /// What questions about the city are answered from.
+    evidence: Arc<Evidence>,
     worker: Result<Worker, String>,
     wake: Wake,
     gpu: Option<Gpu>,
@@ -138,6 +145,8 @@ impl State {
             colour_by: None,
             selected: None,
             asked: asked::Asked::default(),
+            timeline: Timeline::default(),
+            evidence: Arc::default(),
             gallery: gallery::Gallery::default(),
             target: PresetTarget::City,
             scope: None,
@@ -159,11 +168,13 @@ impl State {
 
     /// Whether nothing is being built.
     pub fn is_idle(&self) -> bool {
-        self.worker.as_ref().is_ok_and(Worker::is_idle) && !self.asked.is_asking()
+        let is_asking = self.asked.is_asking() || self.timeline.is_busy() || self.timeline.plays();
+        self.worker.as_ref().is_ok_and(Worker::is_idle) && !is_asking
     }
 
-    /// Takes in what the worker told, and carries out what people asked for.
-    pub fn catch_up(&mut self) {
+    /// Takes in what the worker told, and carries out what people asked for. Returns how soon there is more to do, where
+    /// nothing else wakes the window until then.
+    pub fn catch_up(&mut self) -> Option<Duration> {
         let news: Vec<News> = self.worker.as_ref().map_or_else(|_| Vec::new(), |worker| worker.news().collect());
         for one in news {
             match one {
@@ -177,13 +188,15 @@ impl State {
                 News::Unwatched(what) => self.message = Some(what),
             }
         }
-        if self.is_idle() {
+        if self.worker.as_ref().is_ok_and(Worker::is_idle) {
             self.under = None;
         }
         self.asked.catch_up();
         for command in std::mem::take(&mut self.commands) {
             self.carry_out(command);
         }
+        let ready = self.ready.clone()?;
+        self.timeline.catch_up(&ready, &self.evidence, self.gpu.as_ref(), &self.wake)
     }
 
     fn show(&mut self, ready: Arc<Ready>) {
@@ -197,6 +210,8 @@ impl State {
         let is_there = |element: &Element| crate::inspect::polygon_of(&ready.built.city, element).is_some();
         self.selected = self.selected.take().filter(is_there);
         self.asked.forget();
+        self.timeline.leave();
+        self.evidence = Arc::default();
         self.gallery.follow(&ready.as_written.host);
         self.ready = Some(ready);
     }
@@ -247,7 +262,7 @@ impl State {
             }
             Command::Ask => {
                 if let (Some(ready), Some(element)) = (&self.ready, &self.selected) {
-                    self.asked.ask(ready.clone(), element, self.wake.clone());
+                    self.asked.ask(ready.clone(), self.evidence.clone(), element, self.wake.clone());
                 }
             }
             Command::Fit => self.fit(),

@@ -264,8 +264,10 @@ fn paint(
     };
     let wanted = state.overlay.0.as_ref();
     let ready = state.ready.as_ref().map_or(std::ptr::null(), std::sync::Arc::as_ptr);
-    let key =
-        format!("{ready:?} {camera:?} {look:?} {size:?} {:?} {wanted:?} {}", state.preferences.layers, state.overlay.1);
+    let moment = state.timeline.moment.clone();
+    let then = moment.as_ref().map(std::sync::Arc::as_ptr);
+    let layers = &state.preferences.layers;
+    let key = format!("{ready:?} {then:?} {camera:?} {look:?} {size:?} {layers:?} {wanted:?} {}", state.overlay.1);
     if let (Some(texture), Some(painted)) = (surface.texture, &surface.painted)
         && *painted == key
     {
@@ -293,7 +295,9 @@ fn paint(
     }
     let (Some(target), Some(texture)) = (&surface.target, surface.texture) else { return Err("no target".into()) };
     let overlay = overlay.as_ref().map(|(_, overlay)| overlay);
-    surface.cost = renderer.draw(target, &camera, &shown(scene, &camera, &state.preferences.layers, overlay, *look));
+    let map_now = moment.as_ref().and_then(|moment| moment.map.as_ref());
+    surface.cost =
+        renderer.draw(target, &camera, &shown(scene, map_now, &camera, &state.preferences.layers, overlay, *look));
     surface.painted = Some(key);
     Ok(texture)
 }

@@ -257,7 +257,7 @@ impl Bench {
         if let Err(error) = self.watch.follow(&folders) {
             self.teller.tell(News::Unwatched(error.to_string()));
         }
-        let mut changed = load_as_written(&order.city, order.rules.as_deref()).map_err(failed)?;
+        let mut changed = as_written.clone();
         order.changes.lay_over(&mut changed).map_err(|error| failed(error.into()))?;
         let sources = changed.read_with(&self.cache).map_err(failed)?;
         let settings = Settings::default();

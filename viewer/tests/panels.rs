@@ -280,3 +280,30 @@ fn changes_that_cannot_be_saved_stay() {
     let target = PresetTarget::City;
     assert_eq!(state.target, target);
 }
+
+#[test]
+fn growth_is_shown_step_by_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let mut window = window();
+    open(&mut window, &city);
+    click(&mut window, "Timeline");
+    window.state_mut().state_mut().timeline.go(0);
+    settle(&mut window);
+    let moment = |window: &Harness<App>| window.state().state().timeline.moment.clone().expect("a step");
+    let start = moment(&window);
+    assert_eq!(start.step, 0);
+    let slider = window.get_by_role_and_label(Role::Slider, "Step");
+    slider.focus();
+    window.run_steps(2);
+    window.key_press(eframe::egui::Key::ArrowRight);
+    settle(&mut window);
+    let next = moment(&window);
+    assert!(next.step > 0 && next.kilometres > start.kilometres, "{} {}", next.step, next.kilometres);
+    window.state_mut().state_mut().timeline.go(next.last);
+    settle(&mut window);
+    let metres: f64 = window.state().state().ready.as_ref().unwrap().built.report.street_metres.values().sum();
+    assert!((moment(&window).kilometres - metres / 1000.0).abs() < 1e-6, "all of it has grown");
+    click(&mut window, "Finished city");
+    assert!(window.state().state().timeline.moment.is_none());
+}

@@ -171,3 +171,43 @@ fn sizes_that_no_device_holds_are_refused() {
         assert_eq!([drawn.width(), drawn.height()], size);
     }
 }
+
+#[test]
+fn a_scene_over_another_shows_what_a_fresh_one_does() {
+    let Some(gpu) = device() else { return };
+    let cache = Cache::in_memory();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scripts/lattice");
+    let mut before: Option<Scene> = None;
+    let parameters = load(&folder, None).unwrap().plan.parameters();
+    // One of each stage, by the first number that its rule has; and the seed.
+    let of = |role: &str| {
+        let number = |p: &&script::RoleParam| matches!(p.param.domain, script::Domain::Number { .. });
+        let found = parameters.iter().filter(number).find(|p| p.address.starts_with(role));
+        found.map(|p| {
+            let script::Domain::Number { range: (low, high), .. } = p.param.domain else { unreachable!() };
+            let value = if high.is_finite() && low.is_finite() { low + (high - low) * 0.4 } else { 7.0 };
+            format!("{}={value}", p.address)
+        })
+    };
+    let edits = [None, of("buildings"), of("parcels"), of("minors"), Some("seed=9".to_owned())];
+    for edit in edits {
+        let mut loaded = load(&folder, None).unwrap();
+        if let Some(edit) = &edit {
+            loaded.set(edit).unwrap();
+        }
+        let sources = loaded.read_with(&cache).unwrap();
+        let built = city::build_with(&sources, Settings::default(), &cache, &Silent, &Cancel::default()).unwrap();
+        let over = Scene::of(&gpu, &built.city, &cache, None, before.as_ref());
+        let fresh = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
+        let keeps_streets =
+            edit.as_ref().is_some_and(|edit| edit.starts_with("buildings") || edit.starts_with("parcels"));
+        if let Some(before) = before.as_ref().filter(|_| keeps_streets) {
+            assert!(over.model.shared(&before.model) > 0, "{edit:?}: nothing was kept");
+        }
+        for camera in on_map(&built).into_iter().chain(in_space(&built)) {
+            let draw = |scene: &Scene| of_scene(&gpu, scene, &built.city, &wish(camera)).unwrap();
+            assert_eq!(apart(&draw(&over), &draw(&fresh)), 0, "{edit:?}");
+        }
+        before = Some(over);
+    }
+}

@@ -82,7 +82,7 @@ pub enum PresetError {
 }
 
 /// A city script that has been run: what it asks for, not yet what it names.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Loaded {
     /// The city's name: that of its folder.
     pub name: String,

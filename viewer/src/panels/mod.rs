@@ -6,6 +6,7 @@ pub mod parameters;
 pub mod presets;
 pub mod problems;
 pub mod statistics;
+pub mod timeline;
 
 use crate::state::State;
 use crate::viewport::{View, view};
@@ -30,6 +31,8 @@ pub enum Pane {
     Statistics,
     /// What is wrong.
     Problems,
+    /// How the city grew.
+    Timeline,
 }
 
 impl Pane {
@@ -43,12 +46,20 @@ impl Pane {
             Self::Inspector => "Inspector",
             Self::Statistics => "Statistics",
             Self::Problems => "Problems",
+            Self::Timeline => "Timeline",
         }
     }
 
     /// Those besides the views, in the order of the menu.
-    pub const PANELS: [Self; 6] =
-        [Self::Presets, Self::Parameters, Self::Layers, Self::Inspector, Self::Statistics, Self::Problems];
+    pub const PANELS: [Self; 7] = [
+        Self::Presets,
+        Self::Parameters,
+        Self::Layers,
+        Self::Inspector,
+        Self::Statistics,
+        Self::Problems,
+        Self::Timeline,
+    ];
 }
 
 /// How the panes are laid out in a tree of docks.
@@ -81,6 +92,7 @@ impl egui_tiles::Behavior<Pane> for Docks<'_> {
                 Pane::Inspector => inspector::ui(ui, self.state),
                 Pane::Statistics => statistics::ui(ui, self.state),
                 Pane::Problems => problems::ui(ui, self.state),
+                Pane::Timeline => timeline::ui(ui, self.state),
                 Pane::View(_) => {}
             });
         });
@@ -102,11 +114,15 @@ pub fn usual() -> egui_tiles::Tree<Pane> {
     let left = tabs(&[Pane::Presets, Pane::Parameters, Pane::Layers]);
     let map = tabs(&[Pane::View(View::Map)]);
     let model = tabs(&[Pane::View(View::Model)]);
-    let right = tabs(&[Pane::Inspector, Pane::Statistics, Pane::Problems]);
-    let root = tiles.insert_horizontal_tile(vec![left, map, model, right]);
-    if let Some(egui_tiles::Tile::Container(egui_tiles::Container::Linear(linear))) = tiles.get_mut(root) {
-        for (tile, share) in [(left, 0.8), (map, 1.6), (model, 1.6), (right, 0.8)] {
-            linear.shares.set_share(tile, share);
+    let right = tabs(&[Pane::Inspector, Pane::Statistics]);
+    let below = tabs(&[Pane::Problems, Pane::Timeline]);
+    let above = tiles.insert_horizontal_tile(vec![left, map, model, right]);
+    let root = tiles.insert_vertical_tile(vec![above, below]);
+    for (container, shares) in
+        [(above, vec![(left, 0.8), (map, 1.6), (model, 1.6), (right, 0.8)]), (root, vec![(above, 1.0), (below, 0.22)])]
+    {
+        if let Some(egui_tiles::Tile::Container(egui_tiles::Container::Linear(linear))) = tiles.get_mut(container) {
+            shares.into_iter().for_each(|(tile, share)| linear.shares.set_share(tile, share));
         }
     }
     egui_tiles::Tree::new(egui::Id::unique("docks"), root, tiles)

@@ -1,10 +1,11 @@
 //! A city as a map: areas and lines in layers, tile by tile.
 
+use super::are_same;
 use crate::render::{Chunk, ChunkRef, Drawing, Flat, Gpu, Ground, Kind, linear};
-use city::City;
 use city::export::glb::TileKey;
 use city::export::map::style;
 use city::export::map::{Colour, Colouring};
+use city::{City, Digests};
 use geom::triangulate::triangulate;
 use geom::{Digest, Id, Point, Polygon, Vec2};
 use layout::Use;
@@ -77,6 +78,7 @@ pub struct MapScene {
     parts: BTreeMap<(Order, TileKey), Part>,
     /// Names and colours of what streets are coloured by.
     pub legend: Vec<(String, [u8; 3])>,
+    colour_by: ColourBy,
 }
 
 #[derive(Clone, Debug)]
@@ -91,51 +93,42 @@ struct Part {
 type Drawings = BTreeMap<TileKey, Drawing<Flat>>;
 
 impl MapScene {
-    /// The map of a city; chunks in which nothing changed are taken from `before`.
-    pub fn of(gpu: &Gpu, city: &City, colour_by: ColourBy, before: Option<&Self>) -> Self {
-        let plain = |layer| (layer, 0, 0, std::cmp::Reverse(0));
+    /// The map of a city. Of a map before, with what its city was made from, layers are taken over that are made from the
+    /// same, and chunks in which nothing changed.
+    pub fn of(gpu: &Gpu, city: &City, colour_by: ColourBy, before: Option<(&Self, Digests)>) -> Self {
         let colouring = colour_by.map(|by| Colouring::of(city, by));
         let colours = colouring.as_ref();
-        type Make<'a> = Box<dyn Fn() -> Vec<(Order, Kind, Drawings)> + Send + Sync + 'a>;
-        let one = |layer, kind, drawings| vec![(plain(layer), kind, drawings)];
-        let makers: Vec<Make> = vec![
-            Box::new(move || one(LayerKind::Blocks, Kind::Area, blocks(city))),
-            Box::new(move || one(LayerKind::Green, Kind::Area, green(city))),
-            Box::new(move || one(LayerKind::Parcels, Kind::Line, parcels(city))),
-            Box::new(move || one(LayerKind::Buildings, Kind::Area, buildings(city))),
-            Box::new(|| streets(city, colours)),
-            Box::new(move || {
-                let rims = city.quarters.iter().map(|area| &area.polygon);
-                one(LayerKind::Quarters, Kind::Area, bands(rims, 5.0, style::MARK))
-            }),
-            Box::new(move || {
-                let rims = city.districts.iter().map(|area| &area.polygon);
-                one(LayerKind::Districts, Kind::Area, bands(rims, 8.0, Colour(0x33, 0x22, 0x88)))
-            }),
-            Box::new(move || {
-                let rims = city.landmarks.iter().map(|landmark| &landmark.ground);
-                one(LayerKind::Landmarks, Kind::Area, bands(rims, 3.0, style::LANDMARK))
-            }),
-        ];
-        let drawn: Vec<(Order, Kind, Drawings)> = makers.par_iter().flat_map_iter(|make| make()).collect();
+        let is_kept = |layer: LayerKind| {
+            before.is_some_and(|(map, digests)| match layer {
+                LayerKind::Buildings => false,
+                LayerKind::Streets => map.colour_by == colour_by && are_same(digests.streets, city.digests.streets),
+                _ => are_same(digests.land, city.digests.land),
+            })
+        };
+        let drawn: Vec<(Order, Kind, Drawings)> = LayerKind::ALL
+            .into_par_iter()
+            .filter(|layer| !is_kept(*layer))
+            .flat_map_iter(|layer| drawings(city, layer, colours))
+            .collect();
         let tiles: Vec<((Order, TileKey), Kind, Drawing<Flat>)> = drawn
             .into_iter()
-            .flat_map(|(order, kind, tiles)| {
-                tiles.into_iter().map(move |(tile, drawing)| ((order, tile), kind, drawing))
-            })
+            .flat_map(|(order, kind, tiles)| tiles.into_iter().map(move |(tile, made)| ((order, tile), kind, made)))
             .collect();
+        let known = before.map(|(map, _)| &map.parts);
         let made = tiles.into_par_iter().filter_map(|(place, kind, drawing)| {
             let digest = digest(&drawing);
-            let kept = before.and_then(|before| before.parts.get(&place)).filter(|part| part.digest == digest);
+            let kept = known.and_then(|parts| parts.get(&place)).filter(|part| part.digest == digest);
             let chunk = match kept {
                 Some(part) => part.chunk.clone(),
                 None => Arc::new(Chunk::of(gpu, &drawing)?),
             };
             Some((place, Part { kind, digest, chunk }))
         });
-        let parts = made.collect();
+        let mut parts: BTreeMap<(Order, TileKey), Part> = made.collect();
+        let kept = known.into_iter().flatten().filter(|(((layer, ..), _), _)| is_kept(*layer));
+        parts.extend(kept.map(|(place, part)| (*place, part.clone())));
         let legend = colours.map(|of| of.entries.iter().map(|entry| (entry.name.clone(), rgb(entry.colour))).collect());
-        Self { parts, legend: legend.unwrap_or_default() }
+        Self { parts, legend: legend.unwrap_or_default(), colour_by }
     }
 
     /// The chunks of the layers that are shown, from below.
@@ -143,6 +136,25 @@ impl MapScene {
         let shown = self.parts.iter().filter(move |(((layer, ..), _), _)| is_shown(*layer));
         shown.map(|(_, part)| (&part.chunk, part.kind))
     }
+}
+
+/// What there is to draw of a layer.
+fn drawings(city: &City, layer: LayerKind, colours: Option<&Colouring>) -> Vec<(Order, Kind, Drawings)> {
+    let areas = |areas: &[city::Area], width, colour| bands(areas.iter().map(|area| &area.polygon), width, colour);
+    let (kind, drawings) = match layer {
+        LayerKind::Blocks => (Kind::Area, blocks(city)),
+        LayerKind::Green => (Kind::Area, green(city)),
+        LayerKind::Parcels => (Kind::Line, parcels(city)),
+        LayerKind::Buildings => (Kind::Area, buildings(city)),
+        LayerKind::Streets => return streets(city, colours),
+        LayerKind::Quarters => (Kind::Area, areas(&city.quarters, 5.0, style::MARK)),
+        LayerKind::Districts => (Kind::Area, areas(&city.districts, 8.0, Colour(0x33, 0x22, 0x88))),
+        LayerKind::Landmarks => {
+            let rims = city.landmarks.iter().map(|landmark| &landmark.ground);
+            (Kind::Area, bands(rims, 3.0, style::LANDMARK))
+        }
+    };
+    vec![((layer, 0, 0, std::cmp::Reverse(0)), kind, drawings)]
 }
 
 fn digest(drawing: &Drawing<Flat>) -> Id {

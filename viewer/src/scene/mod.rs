@@ -9,8 +9,9 @@ pub use model::ModelScene;
 pub use pick::{Element, ElementKind, at, near_ray};
 
 use crate::render::{Gpu, Ground};
-use city::{Cache, City};
-use geom::Bounds;
+use city::{Cache, City, Digests};
+use geom::{Bounds, Id};
+use std::sync::Arc;
 
 /// Everything there is to draw of a city.
 #[derive(Debug)]
@@ -24,7 +25,9 @@ pub struct Scene {
     /// In space.
     pub model: ModelScene,
     /// Below the map.
-    pub ground: Ground,
+    pub ground: Arc<Ground>,
+    /// What the city was made from, stage by stage, as far as that is known.
+    digests: Digests,
 }
 
 impl Scene {
@@ -32,15 +35,22 @@ impl Scene {
     pub fn of(gpu: &Gpu, city: &City, cache: &Cache, colour_by: ColourBy, before: Option<&Self>) -> Self {
         let model = city::export::glb::model(city, cache);
         let (map, model) = rayon::join(
-            || MapScene::of(gpu, city, colour_by, before.map(|scene| &scene.map)),
+            || MapScene::of(gpu, city, colour_by, before.map(|scene| (&scene.map, scene.digests))),
             || ModelScene::of(gpu, &model, before.map(|scene| &scene.model)),
         );
+        let kept = before.filter(|scene| are_same(scene.digests.site, city.digests.site));
         Self {
             site: city.site.bounds,
             extent: city.graph.bounds().unwrap_or(city.site.bounds),
             map,
             model,
-            ground: map::ground(gpu, city),
+            ground: kept.map_or_else(|| Arc::new(map::ground(gpu, city)), |scene| scene.ground.clone()),
+            digests: city.digests,
         }
     }
+}
+
+/// Whether two things are known to be made from the same.
+fn are_same(before: Option<Id>, now: Option<Id>) -> bool {
+    before.is_some() && before == now
 }

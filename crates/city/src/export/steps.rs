@@ -33,7 +33,7 @@ pub fn step_maps(
 }
 
 /// The streets of a city after a step; nothing stands beside them yet.
-fn city_after(city: &City, trace: &Trace, step: u32) -> City {
+pub fn city_after(city: &City, trace: &Trace, step: u32) -> City {
     let graph = trace.after(step);
     City {
         name: city.name.clone(),

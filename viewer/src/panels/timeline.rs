@@ -1,0 +1,46 @@
+//! How the city grew, step by step.
+
+use crate::state::State;
+use eframe::egui::{Slider, Ui};
+
+/// Shows it.
+pub fn ui(ui: &mut Ui, state: &mut State) {
+    if state.ready.is_none() {
+        ui.weak("How a city grew is shown once it is open.");
+        return;
+    }
+    let timeline = &mut state.timeline;
+    ui.horizontal_wrapped(|ui| {
+        let words = if timeline.plays() { "Pause" } else { "Play" };
+        if ui.button(words).on_hover_text("Shows on the map how the streets grew").clicked() {
+            timeline.play(!timeline.plays());
+        }
+        if ui.add_enabled(timeline.moment.is_some(), eframe::egui::Button::new("Finished city")).clicked() {
+            timeline.leave();
+        }
+        if timeline.is_busy() && timeline.moment.is_none() {
+            ui.spinner();
+            ui.label("The city is grown once more, to see how");
+        }
+    });
+    if let Some(problem) = &timeline.problem {
+        ui.colored_label(ui.visuals().error_fg_color, problem);
+    }
+    let Some(moment) = timeline.moment.clone() else { return };
+    let mut step = moment.step;
+    let label = ui.label("Step");
+    if ui.add(Slider::new(&mut step, 0..=moment.last)).labelled_by(label.id).changed() {
+        timeline.play(false);
+        timeline.go(step);
+    }
+    ui.label(format!("{:.1} km of streets", moment.kilometres));
+    for (name, first, last) in &moment.stages {
+        let now = (*first..=*last).contains(&moment.step);
+        let words = format!("{name}: steps {first} to {last}");
+        if now {
+            ui.strong(words)
+        } else {
+            ui.weak(words)
+        };
+    }
+}
