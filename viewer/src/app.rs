@@ -373,7 +373,7 @@ impl App {
         let Some(message) = self.state.message.clone() else { return };
         Panel::bottom("message").show(ui, |ui| {
             ui.horizontal(|ui| {
-                ui.colored_label(ui.visuals().error_fg_color, message);
+                ui.strong(message);
                 if ui.button("Dismiss").clicked() {
                     self.state.commands.push(Command::Dismiss);
                 }

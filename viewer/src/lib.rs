@@ -9,6 +9,7 @@ pub mod history;
 pub mod inspect;
 pub mod panels;
 pub mod preferences;
+pub mod preset_file;
 pub mod render;
 pub mod scene;
 pub mod screenshot;

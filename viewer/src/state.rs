@@ -8,7 +8,7 @@ use crate::scene::{By, ColourBy, Element};
 use crate::timeline::Timeline;
 use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of};
-use crate::{asked, gallery};
+use crate::{asked, gallery, preset_file};
 use city::{Cache, Changes};
 use script::PresetTarget;
 use std::path::{Path, PathBuf};
@@ -47,6 +47,8 @@ pub enum Command {
     Redo,
     /// Saves the changes beside the script.
     Save,
+    /// Saves what is in force where presets are laid as a preset of a name.
+    SavePreset(String),
     /// Colours the streets of the map.
     ColourBy(ColourBy),
     /// Picks something.
@@ -121,6 +123,8 @@ pub struct Filters {
     pub parameters: String,
     /// Among all that can be done.
     pub palette: String,
+    /// What a preset is to be called.
+    pub preset_name: String,
 }
 
 /// Room for caches on disk, in bytes.
@@ -249,6 +253,7 @@ impl State {
                 }
             }
             Command::Save => self.save(),
+            Command::SavePreset(name) => self.save_preset(&name),
             Command::ColourBy(by) => {
                 self.colour_by = by;
                 self.build();
@@ -325,6 +330,28 @@ impl State {
             Ok(()) => self.history.mark_saved(),
             Err(error) => self.message = Some(format!("The changes could not be saved; they are still here. {error}")),
         }
+    }
+
+    /// Saves what is in force where presets are laid.
+    fn save_preset(&mut self, name: &str) {
+        let Some(ready) = self.ready.clone() else { return };
+        let plan = &ready.sources.plan;
+        let there = match &self.target {
+            PresetTarget::Quarter(id) => plan.in_quarter(Some(*id)),
+            _ => std::borrow::Cow::Borrowed(plan),
+        };
+        let folder = &ready.as_written.folder;
+        self.message = Some(match preset_file::save(&there, folder, name, &ready.built.city.name) {
+            Ok((path, left_out)) if left_out.is_empty() => format!("Saved as {}", path.display()),
+            Ok((path, left_out)) => {
+                format!(
+                    "Saved as {}, without {}: they differ from place to place",
+                    path.display(),
+                    left_out.join(" and ")
+                )
+            }
+            Err(error) => error,
+        });
     }
 
     /// Writes the preferences; where that fails they only hold until the end.

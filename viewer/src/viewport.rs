@@ -59,8 +59,8 @@ pub struct Viewports {
     pub look: crate::render::Look,
     renderer: Option<Renderer>,
     overlay: Option<(String, Overlay)>,
-    /// What the map is to show as soon as its room is known.
-    to_fit: Option<Bounds>,
+    /// What the map and the model are to show as soon as their room is known; the model with the height of the ground.
+    to_fit: (Option<Bounds>, Option<(Bounds, f64)>),
 }
 
 /// A place of an open view before anything is known of its city.
@@ -75,17 +75,34 @@ impl Viewports {
             look: crate::render::Look::default(),
             renderer: gpu.map(Renderer::new),
             overlay: None,
-            to_fit: None,
+            to_fit: (None, None),
         }
     }
 
     /// Looks at some ground.
     pub fn fit(&mut self, bounds: Bounds, city: &City) {
-        self.to_fit = Some(bounds);
         let middle = (bounds.min.metres() + bounds.max.metres()) / 2.0;
-        let around = OrbitCamera::over(bounds, city.site.elevation(middle));
-        self.model.camera =
-            OrbitCamera { heading: self.model.camera.heading, pitch: self.model.camera.pitch, ..around };
+        self.to_fit = (Some(bounds), Some((bounds, city.site.elevation(middle))));
+    }
+
+    /// Looks where it is to look, now that the room of a view is known.
+    fn settle(&mut self, which: View, pixels: [f32; 2]) {
+        match which {
+            View::Map => {
+                if let Some(bounds) = self.to_fit.0.take() {
+                    self.map.camera = MapCamera::over(bounds, pixels);
+                }
+            }
+            View::Model => {
+                if let Some((bounds, height)) = self.to_fit.1.take() {
+                    let around = OrbitCamera::over(bounds, height);
+                    // A view that is high for its width must stand back to show the whole width.
+                    let back = f64::from(1.4 * pixels[1] / pixels[0]).max(1.0);
+                    let OrbitCamera { heading, pitch, .. } = self.model.camera;
+                    self.model.camera = OrbitCamera { distance: around.distance * back, heading, pitch, ..around };
+                }
+            }
+        }
     }
 
     /// What the last frame of a view cost.
@@ -108,11 +125,7 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
     };
     let scale = ui.ctx().pixels_per_point();
     let pixels = [rect.width() * scale, rect.height() * scale].map(|side| side.round().max(1.0));
-    if which == View::Map
-        && let Some(bounds) = state.views.to_fit.take()
-    {
-        state.views.map.camera = MapCamera::over(bounds, pixels);
-    }
+    state.views.settle(which, pixels);
     let pointer = |at: Pos2| [(at.x - rect.min.x) * scale, (at.y - rect.min.y) * scale];
     move_camera(ui, state, which, &response, pixels, pointer, scale);
     if response.clicked() {

@@ -307,3 +307,28 @@ fn growth_is_shown_step_by_step() {
     click(&mut window, "Finished city");
     assert!(window.state().state().timeline.moment.is_none());
 }
+
+#[test]
+fn what_is_in_force_is_saved_as_a_preset() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let mut window = window();
+    open(&mut window, &city);
+    click(&mut window, "Presets");
+    assert!(window.query_by_label("Lay My own").is_none());
+    let field = window.get_by_role_and_label(Role::TextInput, "Save what is here as");
+    field.focus();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, "Save what is here as").type_text("my_own");
+    window.run_steps(2);
+    click(&mut window, "Save as preset");
+    let begin = Instant::now();
+    while window.query_by_label("Lay My own").is_none() {
+        assert!(begin.elapsed() < PATIENCE, "{:?}", window.state().state().message);
+        window.step();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let before = shown(&window);
+    click(&mut window, "Lay My own");
+    assert_eq!(shown(&window), before, "it says what was in force");
+}

@@ -269,10 +269,14 @@ mod tests {
     use super::*;
     use geom::Id;
     use proptest::prelude::*;
+    use std::sync::LazyLock;
 
-    fn as_written() -> Loaded {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/lattice");
-        crate::load::load_as_written(&folder, None).unwrap()
+    fn as_written() -> &'static Loaded {
+        static CITY: LazyLock<Loaded> = LazyLock::new(|| {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/lattice");
+            crate::load::load_as_written(&folder, None).unwrap()
+        });
+        &CITY
     }
 
     fn changes() -> impl Strategy<Value = Changes> {
@@ -294,7 +298,7 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_saved_reads_back(changes in changes()) {
-            let text = changes.text(&as_written());
+            let text = changes.text(as_written());
             prop_assert_eq!(Changes::parse(&text).map_err(|wrong| wrong.message), Ok(changes));
         }
 
@@ -311,7 +315,7 @@ mod tests {
         let address = city.plan.parameters()[0].address.clone();
         let was = city.plan.parameters()[0].value.to_string();
         changes.set(&address, "77");
-        let text = changes.text(&city);
+        let text = changes.text(city);
         assert!(text.contains(&format!("seed 9  # was {}\n", city.plan.seed)), "{text}");
         assert!(text.contains(&format!("set {address}=77  # was {was}\n")), "{text}");
     }
@@ -320,7 +324,7 @@ mod tests {
     fn what_does_not_suit_the_city_is_told_by_its_line() {
         let mut changes = Changes { seed: Some(9), ..Changes::default() };
         changes.set("minors.pattern.no_such_thing", "1");
-        let mut city = as_written();
+        let mut city = as_written().clone();
         let text = changes.text(&city);
         let error = changes.lay_over(&mut city).unwrap_err();
         assert_eq!(text.lines().nth(error.line - 1).map(|line| line.starts_with("set minors")), Some(true));

@@ -47,6 +47,8 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     }
     let label = ui.label("Find a parameter");
     ui.add(TextEdit::singleline(&mut state.filters.parameters).desired_width(160.0)).labelled_by(label.id);
+    // Sliders as wide as there is room beside their numbers.
+    ui.spacing_mut().slider_width = (ui.available_width() - 80.0).clamp(80.0, 400.0);
     let maps: Vec<String> = ready.built.city.site.maps.keys().cloned().collect();
     let wanted = state.filters.parameters.to_lowercase();
     let as_written = ready.as_written.plan.parameters();
@@ -137,10 +139,11 @@ fn row(ui: &mut Ui, state: &mut State, param: &RoleParam, address: &str, source:
         let words = RichText::new(&name);
         ui.label(if source == Source::Changed { words.strong() } else { words }).on_hover_text(&param.param.about);
         ui.weak(source.name());
-        let text = format!("Reset {address}");
-        let reset = ui.add_enabled(source == Source::Changed, Button::new("Reset").small());
-        if called(reset.on_hover_text("Back to what it is without this change"), &text).clicked() {
-            state.commands.push(Command::Reset(address.to_owned()));
+        if source == Source::Changed {
+            let reset = ui.small_button("Reset").on_hover_text("Back to what it is without this change");
+            if called(reset, &format!("Reset {address}")).clicked() {
+                state.commands.push(Command::Reset(address.to_owned()));
+            }
         }
     });
     let set = |value: String, turning| Command::Set { address: address.to_owned(), value, turning };

@@ -1,0 +1,128 @@
+//! How long from saving a rule of Manhattan to the city being ready to be painted, beside a build from scratch; and what a frame
+//! costs. `cargo bench -p viewer`.
+
+#![allow(clippy::unwrap_used, reason = "a benchmark that cannot go on ends")]
+
+use city::{Cache, Cancel, Changes, Settings, Silent, build, load};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use viewer::render::{Camera, Gpu, Look, OrbitCamera, Renderer, Target};
+use viewer::shown::{Layers, shown};
+use viewer::worker::{News, Order, Ready, Worker};
+
+/// Saves of each rule.
+const SAVES: usize = 5;
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() { copy(&entry.path(), &target) } else { drop(fs::copy(entry.path(), target)) }
+    }
+}
+
+/// Waits for the next city.
+fn next(worker: &Worker) -> Arc<Ready> {
+    loop {
+        for news in worker.news() {
+            match news {
+                News::Ready(ready) => return ready,
+                News::Failed(failure) => panic!("{failure:?}"),
+                _ => {}
+            }
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn seconds(times: &[Duration]) -> String {
+    times.iter().map(|time| format!("{:.2}", time.as_secs_f64())).collect::<Vec<_>>().join(" ")
+}
+
+fn main() {
+    let Ok(gpu) = Gpu::headless() else { return println!("SKIPPED: no graphics adapter") };
+    println!("drawn by {}", gpu.about);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let folder = tempfile::tempdir().unwrap();
+    let city = folder.path().join("manhattan");
+    copy(&root.join("scripts/manhattan"), &city);
+    for kind in ["buildings", "parcels", "streets", "presets"] {
+        copy(&root.join("rules").join(kind), &city.join(kind));
+    }
+    let from_scratch = || {
+        let begin = Instant::now();
+        let sources = load(&city, None).unwrap().read().unwrap();
+        build(&sources, Settings::default(), &Silent, &Cancel::default()).unwrap();
+        begin.elapsed()
+    };
+    println!("{:32} {}", "from scratch, nothing drawn", seconds(&[from_scratch(), from_scratch()]));
+    let worker = Worker::start(Some(gpu.clone()), Cache::in_memory(), Arc::new(|| {})).unwrap();
+    let order = |changes| Order { city: city.clone(), rules: None, changes, colour_by: None };
+    let begin = Instant::now();
+    worker.order(order(Changes::default()));
+    let ready = next(&worker);
+    println!("{:32} {}", "first picture, nothing kept", seconds(&[begin.elapsed()]));
+    frames(&gpu, &ready);
+    let mut changes = Changes::default();
+    let quarters = &ready.built.city.quarters;
+    let largest = quarters.iter().max_by(|a, b| a.polygon.area().total_cmp(&b.polygon.area())).unwrap().id;
+    let text = fs::read_to_string(city.join("streets/organic.rhai")).unwrap();
+    fs::write(city.join("streets/mine.rhai"), &text).unwrap();
+    fs::write(city.join("presets/mine.rhai"), "//! Mine.\npreset(#{ pattern: rule(\"streets/mine\") });\n").unwrap();
+    changes.lay(format!("quarter:{largest}").parse().unwrap(), "mine");
+    worker.order(order(changes));
+    next(&worker);
+    let edit = |name: &str, file: PathBuf, change: &dyn Fn(&str, usize) -> String| {
+        let text = fs::read_to_string(&file).unwrap();
+        let times: Vec<Duration> = (0..SAVES)
+            .map(|i| {
+                std::thread::sleep(Duration::from_millis(300));
+                worker.news().for_each(drop);
+                let begin = Instant::now();
+                fs::write(&file, change(&text, i)).unwrap();
+                next(&worker);
+                begin.elapsed()
+            })
+            .collect();
+        println!("{name:32} {}", seconds(&times));
+    };
+    let remark = |text: &str, i: usize| format!("{text}\n// {i}\n");
+    edit("building rule", city.join("buildings/extruded.rhai"), &remark);
+    edit("parcel rule", city.join("parcels/island.rhai"), &remark);
+    edit("street rule of one quarter", city.join("streets/mine.rhai"), &remark);
+    edit("street rule of all", city.join("streets/grid.rhai"), &remark);
+}
+
+/// What frames cost on the processor, while the camera turns.
+fn frames(gpu: &Gpu, ready: &Ready) {
+    let scene = ready.scene.as_ref().unwrap();
+    let target = Target::new(gpu, [1280, 800]).unwrap();
+    let mut renderer = Renderer::new(gpu.clone());
+    let mut camera = OrbitCamera::over(scene.extent, 0.0);
+    let mut costs = Vec::new();
+    for _ in 0..20 {
+        camera.turn([15.0, 0.0]);
+        let camera = Camera::Orbit(camera);
+        costs.push(renderer.draw(
+            &target,
+            &camera,
+            &shown(scene, None, &camera, &Layers::default(), None, Look::default()),
+        ));
+        target.read(gpu).unwrap();
+    }
+    costs.sort_by_key(|cost| cost.cpu);
+    let (middle, last) = (costs[costs.len() / 2], costs[costs.len() - 1]);
+    println!(
+        "{:32} {:.2} ms, at most {:.2}; {} draws, {} triangles, {} kB uploaded, {} buildings",
+        "a frame, on the processor",
+        middle.cpu.as_secs_f64() * 1000.0,
+        last.cpu.as_secs_f64() * 1000.0,
+        middle.draws,
+        middle.primitives,
+        middle.bytes.div_ceil(1024),
+        ready.built.city.buildings.len()
+    );
+}
