@@ -72,7 +72,7 @@ impl App {
     }
 
     /// Shows a pane.
-    fn bring_up(&mut self, pane: Pane) {
+    pub fn bring_up(&mut self, pane: Pane) {
         self.docks.make_active(|_, tile| matches!(tile, egui_tiles::Tile::Pane(other) if *other == pane));
     }
 }

@@ -1,7 +1,8 @@
 //! Pictures of presets, drawn by the program itself, one after the other on a thread of their own.
 
 use city::testing::picture;
-use script::{Host, Preset};
+use geom::Id;
+use script::Preset;
 use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
@@ -10,6 +11,8 @@ use std::thread;
 pub struct Card {
     /// The preset.
     pub preset: Preset,
+    /// The digest of all that it says.
+    digest: Id,
     /// Its picture, once it is drawn: size and pixels (sRGB, opaque).
     pub picture: Option<image::RgbaImage>,
     /// The picture as the window holds it.
@@ -21,37 +24,41 @@ pub struct Card {
 pub struct Gallery {
     /// Cards by the presets' names.
     pub cards: BTreeMap<String, Card>,
-    drawn: Option<Receiver<(String, image::RgbaImage)>>,
-    wanted: Option<Sender<Preset>>,
+    drawn: Option<Receiver<(Id, image::RgbaImage)>>,
+    wanted: Option<Sender<(Preset, Id)>>,
 }
 
 impl Gallery {
-    /// Takes in the presets that a host knows now.
-    pub fn follow(&mut self, host: &Host) {
-        let presets = host.preset_names().into_iter().filter_map(|name| host.preset(&name).ok());
+    /// Takes in the presets that there are now; those that say something else than before are drawn again.
+    pub fn follow(&mut self, presets: &[(Preset, Id)]) {
         let mut before = std::mem::take(&mut self.cards);
-        for preset in presets {
-            let kept =
-                before.remove(preset.name()).filter(|card| format!("{:?}", card.preset) == format!("{preset:?}"));
-            let card = kept.unwrap_or(Card { preset, picture: None, texture: None });
-            self.cards.insert(card.preset.name().to_owned(), card);
+        for (preset, digest) in presets {
+            let kept = before.remove(preset.name()).filter(|card| card.digest == *digest);
+            let card = kept.unwrap_or_else(|| {
+                if let Some(wanted) = &self.wanted {
+                    // Without the thread there are no pictures.
+                    let _ = wanted.send((preset.clone(), *digest));
+                }
+                Card { preset: preset.clone(), digest: *digest, picture: None, texture: None }
+            });
+            self.cards.insert(preset.name().to_owned(), card);
         }
     }
 
     /// Draws what has no picture yet; to be called while they are shown.
     pub fn draw(&mut self, wake: &eframe::egui::Context) {
-        let wanted = self.wanted.get_or_insert_with(|| {
-            let (wanted, presets) = channel::<Preset>();
+        if self.wanted.is_none() {
+            let (wanted, presets) = channel::<(Preset, Id)>();
             let (sender, drawn) = channel();
             let wake = wake.clone();
             self.drawn = Some(drawn);
             // Without the thread there are no pictures, and names still say what there is.
             let _ = thread::Builder::new().name("gallery".into()).spawn(move || {
-                for preset in presets {
+                for (preset, digest) in presets {
                     let decoded = picture(&preset).ok().and_then(|png| image::load_from_memory(&png).ok());
                     let sent = decoded.map(|decoded| {
                         let small = decoded.thumbnail(240, 240).to_rgba8();
-                        sender.send((preset.name().to_owned(), small))
+                        sender.send((digest, small))
                     });
                     wake.request_repaint();
                     if sent.is_some_and(|sent| sent.is_err()) {
@@ -59,17 +66,18 @@ impl Gallery {
                     }
                 }
             });
-            self.cards.values().for_each(|card| drop(wanted.send(card.preset.clone())));
-            wanted
-        });
-        let _ = wanted;
+            for card in self.cards.values() {
+                let _ = wanted.send((card.preset.clone(), card.digest));
+            }
+            self.wanted = Some(wanted);
+        }
         let drawn: Vec<_> = self.drawn.iter().flat_map(Receiver::try_iter).collect();
-        for (name, picture) in drawn {
-            if let Some(card) = self.cards.get_mut(&name) {
+        for (digest, picture) in drawn {
+            for (name, card) in self.cards.iter_mut().filter(|(_, card)| card.digest == digest) {
                 let size = [picture.width() as usize, picture.height() as usize];
                 let image = eframe::egui::ColorImage::from_rgba_unmultiplied(size, picture.as_raw());
-                card.texture = Some(wake.load_texture(&name, image, eframe::egui::TextureOptions::LINEAR));
-                card.picture = Some(picture);
+                card.texture = Some(wake.load_texture(name, image, eframe::egui::TextureOptions::LINEAR));
+                card.picture = Some(picture.clone());
             }
         }
     }

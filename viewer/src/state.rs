@@ -216,7 +216,7 @@ impl State {
         self.asked.forget();
         self.timeline.leave();
         self.evidence = Arc::default();
-        self.gallery.follow(&ready.as_written.host);
+        self.gallery.follow(&ready.presets);
         self.ready = Some(ready);
     }
 

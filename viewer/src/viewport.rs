@@ -97,7 +97,7 @@ impl Viewports {
                 if let Some((bounds, height)) = self.to_fit.1.take() {
                     let around = OrbitCamera::over(bounds, height);
                     // A view that is high for its width must stand back to show the whole width.
-                    let back = f64::from(1.4 * pixels[1] / pixels[0]).max(1.0);
+                    let back = f64::from(0.95 * pixels[1] / pixels[0]).max(1.0);
                     let OrbitCamera { heading, pitch, .. } = self.model.camera;
                     self.model.camera = OrbitCamera { distance: around.distance * back, heading, pitch, ..around };
                 }

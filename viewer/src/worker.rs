@@ -6,7 +6,8 @@ use city::{
     BuildError, Built, Cache, Cancel, Changes, FaultReport, LoadError, Loaded, Progress, Settings, Sources, Stage,
     Watch, build_with, load_as_written,
 };
-use script::Texts;
+use geom::{Digest, Id};
+use script::{Preset, Texts};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -52,6 +53,8 @@ pub struct Ready {
     pub sources: Sources,
     /// The city, with its report.
     pub built: Built,
+    /// The presets that can be laid, each with the digest of all that it says.
+    pub presets: Vec<(Preset, Id)>,
     /// What is drawn; none without a device.
     pub scene: Option<Scene>,
     /// From the first reading to here.
@@ -273,10 +276,13 @@ impl Bench {
             let before = before.and_then(|ready| ready.scene.as_ref());
             Scene::of(gpu, &built.city, &self.cache, order.colour_by, before)
         });
+        let host = &as_written.host;
+        let presets = host.preset_names().into_iter().filter_map(|name| host.preset(&name).ok());
+        let presets = presets.map(|preset| (preset.clone(), Digest::new("card").value(&preset).finish())).collect();
         if cancel.is_cancelled() {
             return Ok(None);
         }
-        Ok(Some(Ready { order: order.clone(), as_written, sources, built, scene, took: begin.elapsed() }))
+        Ok(Some(Ready { order: order.clone(), as_written, sources, built, presets, scene, took: begin.elapsed() }))
     }
 }
 

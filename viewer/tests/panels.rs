@@ -332,3 +332,20 @@ fn what_is_in_force_is_saved_as_a_preset() {
     click(&mut window, "Lay My own");
     assert_eq!(shown(&window), before, "it says what was in force");
 }
+
+#[test]
+fn windows_of_any_size_show_all_panels() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("krems", folder.path());
+    for (size, scale) in
+        [([120.0, 90.0], 1.0), ([3840.0, 2160.0], 1.0), ([1920.0, 1080.0], 2.0), ([400.0, 2000.0], 0.5)]
+    {
+        let builder = Harness::builder().with_size(size).with_pixels_per_point(scale);
+        let mut window: Harness<App> = builder.build_eframe(|context| App::new(context, None, None));
+        open(&mut window, &city);
+        for pane in viewer::panels::Pane::PANELS {
+            window.state_mut().bring_up(pane);
+            settle(&mut window);
+        }
+    }
+}

@@ -21,8 +21,10 @@ pub struct Solid {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Flat {
-    /// Place.
+    /// Place; of a line with a width, of its middle.
     pub position: [f32; 2],
+    /// From there to the rim, in metres, and the least of that in pixels: so that lines are seen from far off, too.
+    pub reach: [f32; 3],
     /// Red, green, blue (linear light) and opacity, in 255ths.
     pub colour: [u8; 4],
 }
@@ -68,8 +70,8 @@ impl Chunk {
         }
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for vertex in &drawing.vertices {
-            let place = vertex.place();
-            (low, high) = (low.min(place), high.max(place));
+            let (place, reach) = (vertex.place(), Vec3::splat(vertex.reach()));
+            (low, high) = (low.min(place - reach), high.max(place + reach));
         }
         let corner = drawing.corner.extend(0.0);
         let buffer = |contents: &[u8], usage| {
@@ -91,6 +93,11 @@ impl Chunk {
 pub trait Placed {
     /// The place in metres.
     fn place(&self) -> Vec3;
+
+    /// How far from there it is drawn, in metres.
+    fn reach(&self) -> f64 {
+        0.0
+    }
 }
 
 impl Placed for Solid {
@@ -102,6 +109,10 @@ impl Placed for Solid {
 impl Placed for Flat {
     fn place(&self) -> Vec3 {
         Vec3::new(f64::from(self.position[0]), f64::from(self.position[1]), 0.0)
+    }
+
+    fn reach(&self) -> f64 {
+        f64::from(self.reach[0].hypot(self.reach[1]))
     }
 }
 

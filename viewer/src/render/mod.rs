@@ -272,7 +272,7 @@ impl Renderer {
         let pixels = target.pixels();
         let origin = origin(camera);
         let (to_clip, range, height) = match camera {
-            Camera::Map(map) => (map.to_clip(pixels), (0.0, 1.0), 0.0),
+            Camera::Map(map) => (map.to_clip(pixels), (map.scale, 1.0), 0.0),
             Camera::Orbit(orbit) => (orbit.to_clip(pixels), orbit.range(), orbit.target.z),
         };
         let down = Mat4::from_translation(glam::Vec3::new(0.0, 0.0, -height as f32));
@@ -390,7 +390,7 @@ impl Renderer {
     fn site_quad(&self, shown: &Shown) -> wgpu::Buffer {
         use wgpu::util::DeviceExt;
         let size = shown.site.size().as_vec2();
-        let corner = |x: f32, y: f32| Flat { position: [x * size.x, y * size.y], colour: [255; 4] };
+        let corner = |x: f32, y: f32| Flat { position: [x * size.x, y * size.y], reach: [0.0; 3], colour: [255; 4] };
         let corners = [
             corner(0.0, 0.0),
             corner(1.0, 0.0),

@@ -94,7 +94,11 @@ impl Pipelines {
             attribute(VertexFormat::Snorm8x4, 12, 1),
             attribute(VertexFormat::Unorm8x4, 16, 2),
         ];
-        let flat_corners = [attribute(VertexFormat::Float32x2, 0, 0), attribute(VertexFormat::Unorm8x4, 8, 1)];
+        let flat_corners = [
+            attribute(VertexFormat::Float32x2, 0, 0),
+            attribute(VertexFormat::Float32x3, 8, 3),
+            attribute(VertexFormat::Unorm8x4, 20, 1),
+        ];
         let buffer =
             |array_stride, step_mode, attributes| Some(VertexBufferLayout { array_stride, step_mode, attributes });
         let solid_place = [attribute(VertexFormat::Float32x2, 0, 3)];

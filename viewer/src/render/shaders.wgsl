@@ -4,7 +4,7 @@ struct View {
     to_sun: mat4x4<f32>,
     // Direction to the sun; w: 1 where there are shadows.
     sun: vec4<f32>,
-    // Pixels of the target, near plane, far plane.
+    // Pixels of the target; near plane and far plane, of a map metres to the pixel and nothing.
     screen: vec4<f32>,
     // Least corner and size in metres of the site, seen from the view's origin.
     site: vec4<f32>,
@@ -95,6 +95,7 @@ struct FlatIn {
     @location(0) position: vec2<f32>,
     @location(1) colour: vec4<f32>,
     @location(2) corner: vec2<f32>,
+    @location(3) reach: vec3<f32>,
 };
 struct FlatOut {
     @builtin(position) clip: vec4<f32>,
@@ -105,7 +106,9 @@ struct FlatOut {
 @vertex
 fn flat_vertex(in: FlatIn) -> FlatOut {
     var out: FlatOut;
-    let place = in.position + in.corner;
+    let wide = length(in.reach.xy);
+    let least = in.reach.z * view.screen.z;
+    let place = in.position + in.corner + in.reach.xy * select(1.0, least / wide, wide > 0.0 && wide < least);
     out.clip = view.to_clip * vec4<f32>(place, 0.0, 1.0);
     out.colour = in.colour;
     out.place = place;

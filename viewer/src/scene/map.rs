@@ -192,9 +192,15 @@ fn fill(drawings: &mut Drawings, polygon: &Polygon, colour: Colour) {
 
 /// Adds a corner, and its index.
 fn push(drawing: &mut Drawing<Flat>, place: Vec2, colour: [u8; 4]) {
+    push_rim(drawing, place, (Vec2::ZERO, 0.0), colour);
+}
+
+/// Adds a corner of a line with a width: where its middle is, the way from there to the rim, and the least of it in pixels.
+fn push_rim(drawing: &mut Drawing<Flat>, place: Vec2, (reach, least): (Vec2, f64), colour: [u8; 4]) {
     let position = (place - drawing.corner).as_vec2().to_array();
     drawing.indices.push(drawing.vertices.len() as u32);
-    drawing.vertices.push(Flat { position, colour });
+    let reach = [reach.x as f32, reach.y as f32, least as f32];
+    drawing.vertices.push(Flat { position, reach, colour });
 }
 
 fn blocks(city: &City) -> Drawings {
@@ -245,7 +251,7 @@ fn bands<'a>(areas: impl Iterator<Item = &'a Polygon>, width: f64, colour: Colou
     for ring in areas.flat_map(Polygon::rings) {
         let mut line: Vec<Vec2> = ring.iter().map(|p| p.metres()).collect();
         line.extend(line.first().copied());
-        ribbon(&mut drawings, &line, width / 2.0, opaque(colour));
+        ribbon(&mut drawings, &line, (width / 2.0, 0.7), opaque(colour));
     }
     drawings
 }
@@ -261,6 +267,7 @@ fn streets(city: &City, colouring: Option<&Colouring>) -> Vec<(Order, Kind, Draw
         let look = style::street_style(city.graph.classes(), run.class);
         let half = f64::from(run.half_width) / Point::UNITS_PER_METRE;
         let rim = (half * 0.28).clamp(0.6, 2.5);
+        let least = f64::from(look.least) * LEAST;
         let whole: Vec<Vec2> = run.nodes.iter().map(|&key| city.graph.at(key).metres()).collect();
         let stretches: Vec<(Colour, Colour, &[Vec2])> = match colouring {
             None => vec![(look.casing, look.fill, &whole)],
@@ -273,25 +280,30 @@ fn streets(city: &City, colouring: Option<&Colouring>) -> Vec<(Order, Kind, Draw
         for (casing, fill, line) in stretches {
             // A bridge's rims are darker than what it crosses.
             let casing = if run.level > 0 { casing.towards(style::INK, 0.35) } else { casing };
-            ribbon(orders.entry(order(run, 0)).or_default(), line, half + rim * 0.5, opaque(casing));
-            ribbon(orders.entry(order(run, 1)).or_default(), line, half - rim * 0.5, opaque(fill));
+            ribbon(orders.entry(order(run, 0)).or_default(), line, (half + rim * 0.5, least), opaque(casing));
+            ribbon(orders.entry(order(run, 1)).or_default(), line, (half - rim * 0.5, least), opaque(fill));
         }
     }
     orders.into_iter().map(|(order, drawings)| (order, Kind::Area, drawings)).collect()
 }
 
+/// Half of the least width of a street in pixels, as a share of that on a drawn map.
+const LEAST: f64 = 0.25;
+
 /// Corners of a round end.
 const ROUND: usize = 10;
 
-/// A line of a width, round at bends and ends.
-fn ribbon(drawings: &mut Drawings, line: &[Vec2], half: f64, colour: [u8; 4]) {
+/// A line of half a width in metres and in pixels at least, round at bends and ends.
+fn ribbon(drawings: &mut Drawings, line: &[Vec2], (half, least): (f64, f64), colour: [u8; 4]) {
     let Some(&first) = line.first() else { return };
     let drawing = tile_of(drawings, first);
     for pair in line.windows(2) {
         let Some(along) = (pair[1] - pair[0]).try_normalize() else { continue };
         let left = along.perp() * half;
-        let [a, b, c, d] = [pair[0] - left, pair[1] - left, pair[1] + left, pair[0] + left];
-        [a, b, c, a, c, d].into_iter().for_each(|corner| push(drawing, corner, colour));
+        let [a, b] = [pair[0], pair[1]];
+        for (at, reach) in [(a, -left), (b, -left), (b, left), (a, -left), (b, left), (a, left)] {
+            push_rim(drawing, at, (reach, least), colour);
+        }
     }
     for (i, &at) in line.iter().enumerate() {
         // Straight on there is no gap to fill.
@@ -302,10 +314,12 @@ fn ribbon(drawings: &mut Drawings, line: &[Vec2], half: f64, colour: [u8; 4]) {
         if is_bend {
             let rim = |k: usize| {
                 let turn = std::f64::consts::TAU * k as f64 / ROUND as f64;
-                at + Vec2::new(turn.cos(), turn.sin()) * half
+                Vec2::new(turn.cos(), turn.sin()) * half
             };
             for k in 0..ROUND {
-                [at, rim(k), rim(k + 1)].into_iter().for_each(|corner| push(drawing, corner, colour));
+                for reach in [Vec2::ZERO, rim(k), rim(k + 1)] {
+                    push_rim(drawing, at, (reach, least), colour);
+                }
             }
         }
     }
