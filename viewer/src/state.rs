@@ -185,6 +185,7 @@ impl State {
                 News::Changed(_) => {}
                 News::Under(stage, share) => self.under = Some((stage, share)),
                 News::Ready(ready) => self.show(ready),
+                News::Presets(presets) => self.gallery.follow(&presets),
                 News::Failed(failure) => {
                     self.under = None;
                     self.failure = Some(failure);
@@ -216,7 +217,6 @@ impl State {
         self.asked.forget();
         self.timeline.leave();
         self.evidence = Arc::default();
-        self.gallery.follow(&ready.presets);
         self.ready = Some(ready);
     }
 

@@ -36,6 +36,8 @@ pub enum News {
     Under(&'static str, Option<f32>),
     /// A city is ready.
     Ready(Arc<Ready>),
+    /// The presets that can be laid on it, each with the digest of all that it says.
+    Presets(Vec<(Preset, Id)>),
     /// There is none: the last one stays.
     Failed(Arc<Failure>),
     /// Files cannot be watched.
@@ -53,8 +55,6 @@ pub struct Ready {
     pub sources: Sources,
     /// The city, with its report.
     pub built: Built,
-    /// The presets that can be laid, each with the digest of all that it says.
-    pub presets: Vec<(Preset, Id)>,
     /// What is drawn; none without a device.
     pub scene: Option<Scene>,
     /// From the first reading to here.
@@ -235,6 +235,11 @@ impl Bench {
             Ok(Some(ready)) => {
                 let ready = Arc::new(ready);
                 self.teller.tell(News::Ready(ready.clone()));
+                // Nobody waits for these, and all their rules are read for them.
+                let host = &ready.as_written.host;
+                let presets = host.preset_names().into_iter().filter_map(|name| host.preset(&name).ok());
+                let with_digest = |preset: Preset| (preset.clone(), Digest::new("card").value(&preset).finish());
+                self.teller.tell(News::Presets(presets.map(with_digest).collect()));
                 Some(ready)
             }
             Ok(None) => before,
@@ -276,13 +281,10 @@ impl Bench {
             let before = before.and_then(|ready| ready.scene.as_ref());
             Scene::of(gpu, &built.city, &self.cache, order.colour_by, before)
         });
-        let host = &as_written.host;
-        let presets = host.preset_names().into_iter().filter_map(|name| host.preset(&name).ok());
-        let presets = presets.map(|preset| (preset.clone(), Digest::new("card").value(&preset).finish())).collect();
         if cancel.is_cancelled() {
             return Ok(None);
         }
-        Ok(Some(Ready { order: order.clone(), as_written, sources, built, presets, scene, took: begin.elapsed() }))
+        Ok(Some(Ready { order: order.clone(), as_written, sources, built, scene, took: begin.elapsed() }))
     }
 }
 

@@ -6,6 +6,7 @@ use city::{Cancel, Changes, Settings, Silent, build, load, load_as_written};
 use eframe::egui::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use geom::{Digest, Id};
 use script::PresetTarget;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -71,16 +72,23 @@ fn click(window: &mut Harness<App>, label: &str) {
     settle(window);
 }
 
-/// The layout that is shown, as the file would be.
-fn shown(window: &Harness<App>) -> Vec<u8> {
+fn type_into(window: &mut Harness<App>, field: &str, text: &str) {
+    window.get_by_role_and_label(Role::TextInput, field).focus();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, field).type_text(text);
+    settle(window);
+}
+
+/// The digest of the layout that is shown, as the file would be.
+fn shown(window: &Harness<App>) -> Id {
     let mut bytes = Vec::new();
     let ready = window.state().state().ready.clone().expect("a city");
     city::export::geojson::write_layout(&ready.built.city, &mut bytes).unwrap();
-    bytes
+    Digest::new("layout").bytes(&bytes).finish()
 }
 
-/// The layout that a program without a window builds.
-fn headless(city: &Path, arguments: &[String]) -> Vec<u8> {
+/// That of the layout that a program without a window builds.
+fn headless(city: &Path, arguments: &[String]) -> Id {
     let mut loaded = load_as_written(city, None).unwrap();
     for pair in arguments.chunks(2) {
         match (pair[0].as_str(), &pair[1]) {
@@ -92,12 +100,12 @@ fn headless(city: &Path, arguments: &[String]) -> Vec<u8> {
     built(&loaded)
 }
 
-fn built(loaded: &city::Loaded) -> Vec<u8> {
+fn built(loaded: &city::Loaded) -> Id {
     let sources = loaded.read().unwrap();
     let built = build(&sources, Settings::default(), &Silent, &Cancel::default()).unwrap();
     let mut bytes = Vec::new();
     city::export::geojson::write_layout(&built.city, &mut bytes).unwrap();
-    bytes
+    Digest::new("layout").bytes(&bytes).finish()
 }
 
 #[test]
@@ -115,6 +123,7 @@ fn a_city_is_changed_undone_saved_and_opened_again() {
     window.state_mut().state_mut().commands.push(Command::Select(Some(element)));
     settle(&mut window);
     click(&mut window, "Presets");
+    type_into(&mut window, "Find a preset", "village");
     click(&mut window, "Lay Village");
     let with_preset = shown(&window);
     assert_ne!(with_preset, at_first);
@@ -316,11 +325,8 @@ fn what_is_in_force_is_saved_as_a_preset() {
     open(&mut window, &city);
     click(&mut window, "Presets");
     assert!(window.query_by_label("Lay My own").is_none());
-    let field = window.get_by_role_and_label(Role::TextInput, "Save what is here as");
-    field.focus();
-    window.run_steps(2);
-    window.get_by_role_and_label(Role::TextInput, "Save what is here as").type_text("my_own");
-    window.run_steps(2);
+    type_into(&mut window, "Find a preset", "my own");
+    type_into(&mut window, "Save what is here as", "my_own");
     click(&mut window, "Save as preset");
     let begin = Instant::now();
     while window.query_by_label("Lay My own").is_none() {
