@@ -26,12 +26,12 @@ pub struct Changes {
 
 /// Why changes could not be read or laid over a city.
 #[derive(Debug, thiserror::Error)]
-#[error("{}:{line}: {message}{}", path.display(), hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}")))]
+#[error("{}{}: {message}{}", path.display(), line.map_or(String::new(), |line| format!(":{line}")), hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}")))]
 pub struct ChangesError {
     /// The file.
     pub path: PathBuf,
-    /// The line, from 1.
-    pub line: usize,
+    /// The line, from 1; none where it is not in the file.
+    pub line: Option<usize>,
     /// What is wrong.
     pub message: String,
     /// What to do.
@@ -71,7 +71,7 @@ impl Changes {
         match std::fs::read_to_string(&path) {
             Ok(text) => Self::parse(&text).map_err(|wrong| wrong.in_file(&path)),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
-            Err(error) => Err(Wrong { line: 0, message: error.to_string(), hint: None }.in_file(&path)),
+            Err(error) => Err(ChangesError { path, line: None, message: error.to_string(), hint: None }),
         }
     }
 
@@ -143,10 +143,10 @@ impl Changes {
     /// The first one that does not suit it, by its line in the file that they are saved in.
     pub fn lay_over(&self, loaded: &mut Loaded) -> Result<(), ChangesError> {
         let path = Self::file_of(&loaded.script);
-        for (index, change) in self.lines().enumerate() {
+        for change in self.lines() {
             lay(&change, loaded).map_err(|(message, hint)| {
-                let line = HEAD.len() + index + 1;
-                Wrong { line, message: format!("{change}: {message}"), hint }.in_file(&path)
+                let message = format!("{change}: {message}");
+                ChangesError { line: line_of(&path, &change), path: path.clone(), message, hint }
             })?;
         }
         Ok(())
@@ -246,8 +246,16 @@ struct Wrong {
 
 impl Wrong {
     fn in_file(self, path: &Path) -> ChangesError {
-        ChangesError { path: path.to_path_buf(), line: self.line, message: self.message, hint: self.hint }
+        ChangesError { path: path.to_path_buf(), line: Some(self.line), message: self.message, hint: self.hint }
     }
+}
+
+/// The line of a file that says a change, where it does.
+fn line_of(path: &Path, change: &Change) -> Option<usize> {
+    let bare = |line: &str| -> String { line.chars().filter(|c| !c.is_whitespace()).collect() };
+    let (text, wanted) = (std::fs::read_to_string(path).ok()?, bare(&change.to_string()));
+    let said = |line: &str| bare(line.split(REMARK.trim_end()).next().unwrap_or_default());
+    Some(text.lines().position(|line| said(line) == wanted)? + 1)
 }
 
 fn lay(change: &Change, loaded: &mut Loaded) -> Result<(), (String, Option<String>)> {
@@ -324,10 +332,15 @@ mod tests {
     fn what_does_not_suit_the_city_is_told_by_its_line() {
         let mut changes = Changes { seed: Some(9), ..Changes::default() };
         changes.set("minors.pattern.no_such_thing", "1");
-        let mut city = as_written().clone();
-        let text = changes.text(&city);
+        let folder = tempfile::tempdir().unwrap();
+        let mut city = Loaded { script: folder.path().join("city.rhai"), ..as_written().clone() };
         let error = changes.lay_over(&mut city).unwrap_err();
-        assert_eq!(text.lines().nth(error.line - 1).map(|line| line.starts_with("set minors")), Some(true));
+        assert_eq!(error.line, None, "nothing was saved");
+        std::fs::write(folder.path().join("city.changes"), "plat-changes 1\n\nset minors.pattern.no_such_thing = 1\n")
+            .unwrap();
+        let error = changes.lay_over(&mut city).unwrap_err();
+        assert_eq!(error.line, Some(3));
+        assert!(error.to_string().contains("city.changes:3: set minors"), "{error}");
         let broken =
             Changes::parse("plat-changes 1\nseed 3\nreset all\n").err().map(|wrong| (wrong.line, wrong.message));
         assert_eq!(broken, Some((3, "`reset all` says no change".into())));
