@@ -13,9 +13,7 @@ pub struct Card {
     pub preset: Preset,
     /// The digest of all that it says.
     digest: Id,
-    /// Its picture, once it is drawn: size and pixels (sRGB, opaque).
-    pub picture: Option<image::RgbaImage>,
-    /// The picture as the window holds it.
+    /// Its picture, once it is drawn.
     pub texture: Option<eframe::egui::TextureHandle>,
 }
 
@@ -39,7 +37,7 @@ impl Gallery {
                     // Without the thread there are no pictures.
                     let _ = wanted.send((preset.clone(), *digest));
                 }
-                Card { preset: preset.clone(), digest: *digest, picture: None, texture: None }
+                Card { preset: preset.clone(), digest: *digest, texture: None }
             });
             self.cards.insert(preset.name().to_owned(), card);
         }
@@ -77,7 +75,6 @@ impl Gallery {
                 let size = [picture.width() as usize, picture.height() as usize];
                 let image = eframe::egui::ColorImage::from_rgba_unmultiplied(size, picture.as_raw());
                 card.texture = Some(wake.load_texture(name, image, eframe::egui::TextureOptions::LINEAR));
-                card.picture = Some(picture.clone());
             }
         }
     }

@@ -182,7 +182,6 @@ impl State {
         let news: Vec<News> = self.worker.as_ref().map_or_else(|_| Vec::new(), |worker| worker.news().collect());
         for one in news {
             match one {
-                News::Changed(_) => {}
                 News::Under(stage, share) => self.under = Some((stage, share)),
                 News::Ready(ready) => self.show(ready),
                 News::Presets(presets) => self.gallery.follow(&presets),

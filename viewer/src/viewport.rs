@@ -276,17 +276,17 @@ fn paint(
         View::Model => (Camera::Orbit(model.camera), &mut model.surface),
     };
     let wanted = state.overlay.0.as_ref();
-    let ready = state.ready.as_ref().map_or(std::ptr::null(), std::sync::Arc::as_ptr);
+    let round = state.ready.as_ref().map(|ready| ready.round);
     let moment = state.timeline.moment.clone();
-    let then = moment.as_ref().map(std::sync::Arc::as_ptr);
+    let step = moment.as_ref().map(|moment| moment.step);
     let layers = &state.preferences.layers;
-    let key = format!("{ready:?} {then:?} {camera:?} {look:?} {size:?} {layers:?} {wanted:?} {}", state.overlay.1);
+    let key = format!("{round:?} {step:?} {camera:?} {look:?} {size:?} {layers:?} {wanted:?} {}", state.overlay.1);
     if let (Some(texture), Some(painted)) = (surface.texture, &surface.painted)
         && *painted == key
     {
         return Ok(texture);
     }
-    let tag = wanted.map(|name| format!("{ready:?} {name}"));
+    let tag = wanted.map(|name| format!("{round:?} {name}"));
     if overlay.as_ref().map(|(tag, _)| tag) != tag.as_ref() {
         let map = wanted.and_then(|name| city.site.map(name));
         *overlay = map.zip(tag).map(|(map, tag)| (tag, Overlay::of(renderer.gpu(), map, 0.0)));

@@ -30,8 +30,6 @@ pub struct Order {
 /// What the worker tells.
 #[derive(Debug)]
 pub enum News {
-    /// Files changed: these.
-    Changed(Vec<String>),
     /// A build is under way: a stage, with the share of it that is done where that is known.
     Under(&'static str, Option<f32>),
     /// A city is ready.
@@ -47,6 +45,8 @@ pub enum News {
 /// A city with all that is shown of it.
 #[derive(Debug)]
 pub struct Ready {
+    /// The round of the worker that made it: no two have the same.
+    pub round: u64,
     /// What it was made for.
     pub order: Order,
     /// The script without changes.
@@ -107,13 +107,19 @@ pub struct Worker {
 
 #[derive(Default)]
 struct Shared {
-    order: Mutex<Option<Order>>,
+    orders: Mutex<Orders>,
     building: Mutex<Option<Cancel>>,
     is_over: AtomicBool,
-    /// Orders that were given.
-    given: AtomicU64,
     /// Orders whose city was told of.
     done: AtomicU64,
+}
+
+#[derive(Default)]
+struct Orders {
+    /// The newest, until it is taken.
+    newest: Option<Order>,
+    /// How many were given.
+    given: u64,
 }
 
 impl Worker {
@@ -126,7 +132,7 @@ impl Worker {
         let shared = Arc::<Shared>::default();
         let watch = Watch::new(&[]).map_err(|error| error.to_string())?;
         let stop = Box::new(watch.stopper());
-        let bench = Bench { watch, gpu, cache, teller: Teller { sender, wake }, shared: shared.clone() };
+        let bench = Bench { watch, gpu, cache, teller: Teller { sender, wake }, shared: shared.clone(), rounds: 0 };
         let thread = std::thread::Builder::new().name("worker".into());
         thread.spawn(move || bench.run()).map_err(|error| error.to_string())?;
         Ok(Self { news, shared, stop })
@@ -134,8 +140,11 @@ impl Worker {
 
     /// Asks for a city; what was asked for before is given up.
     pub fn order(&self, order: Order) {
-        self.shared.given.fetch_add(1, Ordering::SeqCst);
-        *lock(&self.shared.order) = Some(order);
+        {
+            let mut orders = lock(&self.shared.orders);
+            orders.newest = Some(order);
+            orders.given += 1;
+        }
         self.cancel();
         (self.stop)();
     }
@@ -154,7 +163,7 @@ impl Worker {
 
     /// Whether all that was ordered is done.
     pub fn is_idle(&self) -> bool {
-        self.shared.done.load(Ordering::SeqCst) == self.shared.given.load(Ordering::SeqCst)
+        self.shared.done.load(Ordering::SeqCst) == lock(&self.shared.orders).given
     }
 }
 
@@ -188,6 +197,8 @@ struct Bench {
     cache: Cache,
     teller: Teller,
     shared: Arc<Shared>,
+    /// Rounds begun.
+    rounds: u64,
 }
 
 impl Bench {
@@ -195,24 +206,28 @@ impl Bench {
         let mut order: Option<Order> = None;
         let mut before: Option<Arc<Ready>> = None;
         while !self.shared.is_over.load(Ordering::SeqCst) {
-            let given = self.shared.given.load(Ordering::SeqCst);
-            if let Some(newest) = lock(&self.shared.order).take() {
-                order = Some(newest);
-            }
+            let given = {
+                let mut orders = lock(&self.shared.orders);
+                order = orders.newest.take().or(order);
+                orders.given
+            };
             if let Some(order) = &order {
+                self.rounds += 1;
                 before = self.round(order, before);
             }
-            if lock(&self.shared.order).is_some() {
+            if self.has_order() {
                 continue;
             }
             self.shared.done.store(given, Ordering::SeqCst);
             (self.teller.wake)();
-            if let Some(changed) = self.watch.wait() {
-                let names = changed.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
-                self.teller.tell(News::Changed(names.collect()));
-            }
+            // What stopped the waiting may have been an order that was taken meanwhile: that is no reason to build again.
+            while self.watch.wait().is_none() && !self.has_order() && !self.shared.is_over.load(Ordering::SeqCst) {}
         }
         self.cache.flush();
+    }
+
+    fn has_order(&self) -> bool {
+        lock(&self.shared.orders).newest.is_some()
     }
 
     /// Builds once; tells what came of it, unless it was given up.
@@ -221,7 +236,7 @@ impl Bench {
         let cancel = Cancel::default();
         *lock(&self.shared.building) = Some(cancel.clone());
         // An order that came meanwhile has nothing to give up yet.
-        if lock(&self.shared.order).is_some() {
+        if self.has_order() {
             return before;
         }
         self.teller.tell(News::Under("reading", None));
@@ -284,7 +299,15 @@ impl Bench {
         if cancel.is_cancelled() {
             return Ok(None);
         }
-        Ok(Some(Ready { order: order.clone(), as_written, sources, built, scene, took: begin.elapsed() }))
+        Ok(Some(Ready {
+            round: self.rounds,
+            order: order.clone(),
+            as_written,
+            sources,
+            built,
+            scene,
+            took: begin.elapsed(),
+        }))
     }
 }
 

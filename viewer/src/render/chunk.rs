@@ -117,11 +117,6 @@ impl Placed for Flat {
 }
 
 /// A colour of the screen (sRGB) as linear light.
-pub fn linear([r, g, b]: [u8; 3]) -> [u8; 3] {
-    let one = |byte: u8| {
-        let share = f32::from(byte) / 255.0;
-        let light = if share <= 0.040_45 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) };
-        (light * 255.0).round() as u8
-    };
-    [one(r), one(g), one(b)]
+pub fn linear(colour: [u8; 3]) -> [u8; 3] {
+    colour.map(|byte| (city::export::glb::linear(f64::from(byte) / 255.0) * 255.0).round() as u8)
 }

@@ -112,7 +112,6 @@ impl Default for Look {
 #[derive(Clone, Debug)]
 pub struct Overlay {
     texture: wgpu::Texture,
-    range: (f32, f32),
     /// From 0, unseen, to 1.
     pub opacity: f32,
 }
@@ -124,16 +123,12 @@ impl Overlay {
     /// Uploads a map.
     pub fn of(gpu: &Gpu, raster: &Raster, opacity: f32) -> Self {
         let (width, height, values) = thinned(raster, MOST_OVERLAY);
-        let range = values.iter().fold((f32::MAX, f32::MIN), |(low, high), &v| (low.min(v), high.max(v)));
-        // Sixteen bits are filtered everywhere, 32 are not.
-        let halves: Vec<u16> = values.iter().map(|&value| half(share(value, range))).collect();
-        let texture = upload(gpu, [width, height], wgpu::TextureFormat::R16Float, bytemuck::cast_slice(&halves), 2);
-        Self { texture, range: (0.0, 1.0), opacity }
+        let (low, high) = values.iter().fold((f32::MAX, f32::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+        // The colours tell no more than so many values apart.
+        let share = |value: &f32| if high > low { (value - low) / (high - low) } else { 0.0 };
+        let bytes: Vec<u8> = values.iter().map(|value| (share(value) * 255.0).round() as u8).collect();
+        Self { texture: upload(gpu, [width, height], wgpu::TextureFormat::R8Unorm, &bytes, 1), opacity }
     }
-}
-
-fn share(value: f32, (low, high): (f32, f32)) -> f32 {
-    if high > low { (value - low) / (high - low) } else { 0.0 }
 }
 
 /// A raster's values, every so many of them that at most so many pixels are left along a side; row 0 in the north.
@@ -145,13 +140,6 @@ fn thinned(raster: &Raster, most: usize) -> (u32, u32, Vec<f32>) {
     let at = |i: usize, count: usize| (i * step + step / 2).min(count - 1);
     let thin = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     (width as u32, height as u32, thin.map(|(x, y)| values[at(y, rows) * columns + at(x, columns)]).collect())
-}
-
-/// A number from 0 to 1 in sixteen bits.
-fn half(value: f32) -> u16 {
-    let bits = value.max(6.2e-5).to_bits();
-    let exponent = ((bits >> 23) & 0xff).saturating_sub(112);
-    ((exponent << 10) | ((bits >> 13) & 0x3ff)) as u16
 }
 
 fn upload(gpu: &Gpu, [width, height]: [u32; 2], format: wgpu::TextureFormat, bytes: &[u8], size: u32) -> wgpu::Texture {
@@ -229,7 +217,7 @@ struct ViewNumbers {
     sun: [f32; 4],
     screen: [f32; 4],
     site: [f32; 4],
-    overlay: [f32; 4],
+    strengths: [f32; 4],
 }
 
 /// Draws.
@@ -255,7 +243,7 @@ impl Renderer {
             mapped_at_creation: false,
         });
         let shadows = target::depth(&gpu, [SHADOW_SIDE; 2], 1, "shadows");
-        let nothing = upload(&gpu, [1, 1], wgpu::TextureFormat::R16Float, &[0, 0], 2);
+        let nothing = upload(&gpu, [1, 1], wgpu::TextureFormat::R8Unorm, &[0], 1);
         let room = 256;
         let corners = corner_buffer(&gpu, room);
         Self { gpu, pipelines, view, corners, room, shadows, nothing }
@@ -282,14 +270,13 @@ impl Renderer {
         let to_sun = sun_view(camera, sun) * down;
         let corner = shown.site.min.metres() - origin.truncate();
         let size = shown.site.size();
-        let overlay = shown.overlay.map_or([0.0, 0.0, 1.0], |o| [o.opacity, o.range.0, o.range.1]);
         let numbers = ViewNumbers {
             to_clip: to_clip.to_cols_array(),
             to_sun: to_sun.to_cols_array(),
             sun: sun.as_vec3().extend(if has_shadows { 1.0 } else { 0.0 }).to_array(),
             screen: [pixels[0], pixels[1], range.0 as f32, range.1 as f32],
             site: [corner.x as f32, corner.y as f32, size.x as f32, size.y as f32],
-            overlay: [overlay[0], overlay[1], overlay[2], shown.look.silhouettes],
+            strengths: [shown.overlay.map_or(0.0, |overlay| overlay.opacity), shown.look.silhouettes, 0.0, 0.0],
         };
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&numbers));
         let mut cost = Cost::default();

@@ -8,8 +8,8 @@ struct View {
     screen: vec4<f32>,
     // Least corner and size in metres of the site, seen from the view's origin.
     site: vec4<f32>,
-    // Opacity of the overlay; its least value and greatest; strength of silhouettes.
-    overlay: vec4<f32>,
+    // Opacity of the overlay, strength of silhouettes.
+    strengths: vec4<f32>,
 };
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var linear_sampler: sampler;
@@ -30,9 +30,7 @@ fn with_overlay(colour: vec3<f32>, place: vec2<f32>) -> vec3<f32> {
     let at = (place - view.site.xy) / view.site.zw;
     let value = textureSampleLevel(overlay_map, linear_sampler, vec2<f32>(at.x, 1.0 - at.y), 0.0).r;
     let inside = all(at >= vec2<f32>(0.0)) && all(at <= vec2<f32>(1.0));
-    let opacity = select(0.0, view.overlay.x, inside);
-    let shown = (value - view.overlay.y) / max(view.overlay.z - view.overlay.y, 1e-6);
-    return mix(colour, overlay_colour(shown), opacity);
+    return mix(colour, overlay_colour(value), select(0.0, view.strengths.x, inside));
 }
 
 struct SolidIn {
@@ -178,6 +176,6 @@ fn silhouette_fragment(in: ScreenOut) -> @location(0) vec4<f32> {
         let gap = (here - distance_at(pixel + off)) / here;
         nearer += smoothstep(0.004, 0.05, gap) * (1.0 - f32(i) / 14.0);
     }
-    let dark = clamp(nearer / 7.0, 0.0, 1.0) * view.overlay.w;
+    let dark = clamp(nearer / 7.0, 0.0, 1.0) * view.strengths.y;
     return vec4<f32>(colour * (1.0 - dark), 1.0);
 }

@@ -9,7 +9,7 @@ mod streets;
 mod terrain;
 mod tiles;
 
-pub use pack::{GlbError, colour, write};
+pub use pack::{GlbError, colour, linear, write};
 
 use crate::{Cache, City};
 use geom::{Digest, Id, Mesh, Vec2, Vec3};

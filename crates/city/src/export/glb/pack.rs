@@ -261,6 +261,6 @@ fn look(surface: Surface) -> (&'static str, [u8; 3], f32) {
 }
 
 /// A share of light from an sRGB share.
-fn linear(share: f64) -> f64 {
+pub fn linear(share: f64) -> f64 {
     if share <= 0.040_45 { share / 12.92 } else { libm::pow((share + 0.055) / 1.055, 2.4) }
 }
