@@ -133,7 +133,10 @@ impl Changes {
 
     fn lines(&self) -> impl Iterator<Item = Change> {
         let presets = self.presets.iter().map(|(target, name)| Change::Preset(target.clone(), name.clone()));
-        let values = self.values.iter().map(|(address, value)| Change::Value(address.clone(), value.clone()));
+        let mut values: Vec<(&String, &String)> = self.values.iter().collect();
+        // What holds everywhere would stand in place of what was said of a part before.
+        values.sort_by_key(|(address, _)| (address.starts_with("quarter:"), address.starts_with("district:")));
+        let values = values.into_iter().map(|(address, value)| Change::Value(address.clone(), value.clone()));
         self.seed.map(Change::Seed).into_iter().chain(presets).chain(values)
     }
 
@@ -326,6 +329,23 @@ mod tests {
         let text = changes.text(city);
         assert!(text.contains(&format!("seed 9  # was {}\n", city.plan.seed)), "{text}");
         assert!(text.contains(&format!("set {address}=77  # was {was}\n")), "{text}");
+    }
+
+    #[test]
+    fn a_value_everywhere_leaves_those_of_parts_alone() {
+        let mut changes = Changes::default();
+        let quarter = format!("quarter:{}.minors.pattern.block_width", Id(7));
+        for (address, value) in [
+            (quarter.as_str(), "61"),
+            ("district:harbour.minors.pattern.block_width", "62"),
+            ("minors.pattern.block_width", "63"),
+        ] {
+            changes.set(address, value);
+        }
+        let mut city = as_written().clone();
+        changes.lay_over(&mut city).unwrap();
+        assert_eq!(city.plan.value("minors.pattern.block_width").as_deref(), Some("62 in harbour, else 63"));
+        assert_eq!(city.plan.value(&quarter).as_deref(), Some("61"));
     }
 
     #[test]
