@@ -34,7 +34,36 @@ fn device() -> Option<Gpu> {
 }
 
 fn built(city: &str) -> Built {
-    let loaded = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scripts").join(city), None).unwrap();
+    built_from(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scripts").join(city))
+}
+
+/// A small city with something of every layer.
+fn with_everything() -> Built {
+    let folder = tempfile::tempdir().unwrap();
+    let script = r#"
+        city(#{
+            site: site(#{ size: [900, 600] }),
+            districts: districts_from("districts.geojson"),
+            landmarks: [
+                landmark(#{ name: "Hall", at: [300, 300], size: [120, 80], parcel: "plaza" }),
+                landmark(#{ name: "Common", at: [650, 300], size: [150, 120], parcel: "park" }),
+            ],
+            given: [line([[50, 50], [850, 50], [850, 550], [50, 550], [50, 50]])],
+            minors: streets(#{ pattern: rule("streets/grid") }),
+            parcels: rule("parcels/recursive"),
+            buildings: rule("buildings/extruded"),
+        });
+    "#;
+    let districts = r#"{ "type": "FeatureCollection", "plat": { "units": "m" }, "features": [{ "type": "Feature",
+        "properties": { "name": "west" }, "geometry": { "type": "Polygon",
+        "coordinates": [[[100, 100], [450, 100], [450, 500], [100, 500], [100, 100]]] } }] }"#;
+    std::fs::write(folder.path().join("city.rhai"), script).unwrap();
+    std::fs::write(folder.path().join("districts.geojson"), districts).unwrap();
+    built_from(folder.path())
+}
+
+fn built_from(folder: &Path) -> Built {
+    let loaded = load(folder, None).unwrap();
     build(&loaded.read().unwrap(), Settings::default(), &Silent, &Cancel::default()).unwrap()
 }
 
@@ -90,7 +119,7 @@ fn cities_look_as_they_did() {
 #[test]
 fn every_option_shows() {
     let Some(gpu) = device() else { return };
-    let built = built("krems");
+    let built = with_everything();
     let ([_, near], [whole, map]) = (in_space(&built), on_map(&built));
     let scene = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
     let draw = |wish: &Picture| of_scene(&gpu, &scene, &built.city, wish).unwrap();
@@ -108,7 +137,7 @@ fn every_option_shows() {
     shows("shadows", look(|look| look.shadows = false), &model_drawn);
     shows("silhouettes", look(|look| look.silhouettes = 0.0), &model_drawn);
     shows("the sun", look(|look| look.sun = (90.0, 20.0)), &model_drawn);
-    for part in [0, 1, 3] {
+    for part in 0..viewer::shown::MODEL_PARTS.len() {
         let mut wish = model.clone();
         wish.layers.model[part] = false;
         shows(viewer::shown::MODEL_PARTS[part].1, draw(&wish), &model_drawn);
@@ -121,15 +150,7 @@ fn every_option_shows() {
         if !wish.layers.map.remove(&layer) {
             wish.layers.map.insert(layer);
         }
-        let has_any = match layer {
-            LayerKind::Districts => !built.city.districts.is_empty(),
-            LayerKind::Landmarks => !built.city.landmarks.is_empty(),
-            LayerKind::Green => built.city.parcels.iter().any(|parcel| parcel.usage != layout::Use::Built),
-            _ => true,
-        };
-        if has_any {
-            shows(layer.name(), draw(&wish), &before);
-        }
+        shows(layer.name(), draw(&wish), &before);
     }
     for by in [By::Class, By::Rule, By::District] {
         let coloured = picture(&gpu, &built, &Picture { colour_by: Some(by), ..plan.clone() }).unwrap();
