@@ -3,12 +3,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a benchmark that cannot go on ends")]
 
-use city::{Cache, Cancel, Changes, Settings, Silent, build, load};
+use city::{Cache, Cancel, Changes, Digests, Settings, Silent, build, build_with, load, load_as_written};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use viewer::render::{Camera, Gpu, Look, OrbitCamera, Renderer, Target};
+use viewer::scene::{MapScene, ModelScene};
 use viewer::shown::{Layers, shown};
 use viewer::worker::{News, Order, Ready, Worker};
 
@@ -59,6 +60,7 @@ fn main() {
         begin.elapsed()
     };
     println!("{:32} {}", "from scratch, nothing drawn", seconds(&[from_scratch(), from_scratch()]));
+    steps(&gpu, &city);
     let worker = Worker::start(Some(gpu.clone()), Cache::in_memory(), Arc::new(|| {})).unwrap();
     let order = |changes| Order { city: city.clone(), rules: None, changes, colour_by: None };
     let begin = Instant::now();
@@ -82,7 +84,9 @@ fn main() {
                 std::thread::sleep(Duration::from_millis(300));
                 worker.news().for_each(drop);
                 let begin = Instant::now();
-                fs::write(&file, change(&text, i)).unwrap();
+                let changed = change(&text, i);
+                assert_ne!(changed, text, "{name}: nothing is another");
+                fs::write(&file, changed).unwrap();
                 next(&worker);
                 begin.elapsed()
             })
@@ -90,10 +94,55 @@ fn main() {
         println!("{name:32} {}", seconds(&times));
     };
     let remark = |text: &str, i: usize| format!("{text}\n// {i}\n");
-    edit("building rule", city.join("buildings/extruded.rhai"), &remark);
-    edit("parcel rule", city.join("parcels/island.rhai"), &remark);
-    edit("street rule of one quarter", city.join("streets/mine.rhai"), &remark);
+    // What is built changes with these.
+    let higher = |text: &str, i: usize| text.replacen("max(round(", &format!("max({i} + round("), 1);
+    let wider = |text: &str, i: usize| text.replacen("setback: p.setback", &format!("setback: p.setback + 0.{i}"), 1);
+    let building = city.join("buildings/extruded.rhai");
+    edit("building rule, a remark", building.clone(), &remark);
+    edit("building rule, heights", building.clone(), &higher);
+    edit("building rule, setbacks", building, &wider);
+    edit("parcel rule, a remark", city.join("parcels/island.rhai"), &remark);
+    edit("parcel rule, sizes", city.join("parcels/island.rhai"), &|text, i| {
+        text.replacen("most_area: p.most_area", &format!("most_area: p.most_area * 1.0{}", i + 1), 1)
+    });
+    edit("street rule of one quarter", city.join("streets/mine.rhai"), &|text, i| {
+        text.replacen("tip.ahead(", &format!("tip.ahead({i} + "), 1)
+    });
     edit("street rule of all", city.join("streets/grid.rhai"), &remark);
+}
+
+/// What the worker does after a building rule was saved, step by step.
+fn steps(gpu: &Gpu, city: &Path) {
+    let cache = Cache::in_memory();
+    let file = city.join("buildings/extruded.rhai");
+    let text = fs::read_to_string(&file).unwrap();
+    let mut before: Option<(ModelScene, MapScene, Digests)> = None;
+    for save in 0..4 {
+        fs::write(&file, format!("{text}\n// step {save}\n")).unwrap();
+        let mut times = Vec::new();
+        let mut lap = Instant::now();
+        let mut done = |name: &'static str| times.push((name, std::mem::replace(&mut lap, Instant::now()).elapsed()));
+        let loaded = load_as_written(city, None).unwrap();
+        done("load");
+        let sources = loaded.read_with(&cache).unwrap();
+        done("read");
+        let built = build_with(&sources, Settings::default(), &cache, &Silent, &Cancel::default()).unwrap();
+        done("build");
+        let model = city::export::glb::model(&built.city, &cache);
+        done("meshes");
+        let model = ModelScene::of(gpu, &model, before.as_ref().map(|(model, ..)| model));
+        done("chunks of the model");
+        let known = before.as_ref().map(|(_, map, digests)| (map, *digests));
+        let map = MapScene::of(gpu, &built.city, None, known);
+        done("chunks of the map");
+        before = Some((model, map, built.city.digests));
+        if save == 0 {
+            continue;
+        }
+        let told: Vec<String> = times.iter().map(|(name, time)| format!("{name} {:.2}", time.as_secs_f64())).collect();
+        println!("{:32} {}", "step by step", told.join(", "));
+    }
+    fs::write(&file, text).unwrap();
 }
 
 /// What frames cost on the processor, while the camera turns.

@@ -1,14 +1,19 @@
 //! The window.
 
 use crate::command::Arguments;
+use crate::history::History;
+use crate::lost::Lost;
 use crate::panels::{Docks, Pane, usual};
-use crate::preferences::{Preferences, Theme};
+use crate::pictures::Pictures;
+use crate::preferences::{Bookmark, Preferences, Theme};
 use crate::render::Gpu;
 use crate::state::{Command, State};
 use crate::worker::Wake;
-use eframe::egui::{self, Button, CentralPanel, Key, KeyboardShortcut, Modifiers, Panel, ScrollArea, TextEdit, Ui};
+use eframe::egui::{
+    self, Button, CentralPanel, Image, Key, KeyboardShortcut, Modifiers, Panel, ScrollArea, TextEdit, Ui,
+};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The window's contents.
 pub struct App {
@@ -22,7 +27,25 @@ pub struct App {
     closing: bool,
     /// What the window is called.
     title: String,
+    /// Pictures of cities to choose from.
+    pictures: Pictures,
+    /// Whether the graphics device was lost, and why.
+    lost: Lost,
+    /// Where what is open is left for the next window, once the device is lost.
+    carried: Option<Arc<Mutex<Option<Carried>>>>,
 }
+
+/// What a window leaves to the one that takes its place.
+struct Carried {
+    history: History,
+    city: Option<PathBuf>,
+    views: Bookmark,
+    docks: egui_tiles::Tree<Pane>,
+    message: String,
+}
+
+/// Times that a window is opened again after its device was lost.
+const TRIES: u32 = 5;
 
 /// Opens a window.
 ///
@@ -32,15 +55,33 @@ pub fn open(arguments: &Arguments) -> Result<(), String> {
     let viewport =
         egui::ViewportBuilder::default().with_inner_size([1500.0, 900.0]).with_min_inner_size([320.0, 240.0]);
     let options = eframe::NativeOptions { viewport: viewport.with_title("Plat"), ..eframe::NativeOptions::default() };
-    let (city, rules) = (arguments.city.clone(), arguments.rules.clone());
-    let create: eframe::AppCreator = Box::new(move |context| {
-        let mut app = App::new(context, Preferences::file(), rules);
-        app.state.commands.extend(city.map(Command::Open));
-        Ok(Box::new(app))
-    });
-    eframe::run_native("plat-view", options, create).map_err(|error| {
-        format!("no window could be opened: {error}\n  hint: plat-view --screenshot CITY -o PNG draws without one")
-    })
+    let carried = Arc::<Mutex<Option<Carried>>>::default();
+    let mut tries = 0;
+    loop {
+        let (city, rules, left) = (arguments.city.clone(), arguments.rules.clone(), carried.clone());
+        let create: eframe::AppCreator = Box::new(move |context| {
+            let mut app = App::new(context, Preferences::file(), rules);
+            let before = lock(&left).take();
+            app.carried = Some(left);
+            match before {
+                Some(before) => app.take_over(before),
+                None => app.state.commands.extend(city.map(Command::Open)),
+            }
+            Ok(Box::new(app))
+        });
+        eframe::run_native("plat-view", options.clone(), create).map_err(|error| {
+            format!("no window could be opened: {error}\n  hint: plat-view --screenshot CITY -o PNG draws without one")
+        })?;
+        tries += 1;
+        let is_lost = lock(&carried).is_some();
+        if !is_lost || tries > TRIES {
+            return if is_lost { Err("the graphics device was lost again and again".into()) } else { Ok(()) };
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl App {
@@ -56,9 +97,52 @@ impl App {
             let context = context.egui_ctx.clone();
             Arc::new(move || context.request_repaint())
         };
+        let lost = gpu.as_ref().map(|gpu| Lost::of(gpu, wake.clone())).unwrap_or_default();
         let state = State::new(gpu, preferences, rules, wake);
         chosen(&context.egui_ctx, &state.preferences);
-        Self { state, docks: usual(), palette: false, path: None, closing: false, title: String::new() }
+        Self {
+            state,
+            docks: usual(),
+            palette: false,
+            path: None,
+            closing: false,
+            title: String::new(),
+            pictures: Pictures::default(),
+            lost,
+            carried: None,
+        }
+    }
+
+    /// Goes on where a window ended whose device was lost.
+    fn take_over(&mut self, before: Carried) {
+        self.docks = before.docks;
+        if let Some(city) = before.city {
+            self.state.take_over(&city, before.history, before.views);
+        }
+        self.state.message = Some(before.message);
+    }
+
+    /// Where the device is lost nothing can be drawn any more: another window takes this one's place. Errors of drawing
+    /// that leave the device alone are told.
+    fn look_after_device(&mut self, ui: &Ui) {
+        let told = self.lost.told();
+        let Some(message) = told else { return };
+        if !self.lost.is_lost() {
+            self.state.message = Some(format!("Graphics: {message}"));
+            return;
+        }
+        if let Some(carried) = &self.carried {
+            *lock(carried) = Some(Carried {
+                history: self.state.history.clone(),
+                city: self.state.city.clone(),
+                views: self.state.views.bookmark(""),
+                docks: self.docks.clone(),
+                message: format!(
+                    "The graphics device was lost ({message}); the window was opened anew, and nothing is lost."
+                ),
+            });
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+        }
     }
 
     /// What there is to know.
@@ -87,6 +171,10 @@ fn chosen(context: &egui::Context, preferences: &Preferences) {
     context.set_zoom_factor(preferences.scale);
 }
 
+/// The keys that go to views.
+const DIGITS: [Key; 9] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+
 const fn with_command(key: Key) -> KeyboardShortcut {
     KeyboardShortcut::new(Modifiers::COMMAND, key)
 }
@@ -106,6 +194,10 @@ enum Action {
     Palette,
     Larger,
     Smaller,
+    /// Looks from where that was kept.
+    GoTo(usize),
+    /// Gives the graphics device up and takes another.
+    Restart,
     Show(Pane),
 }
 
@@ -129,6 +221,9 @@ impl Action {
                 Self::Show(Pane::Statistics),
                 Self::Show(Pane::Problems),
                 Self::Show(Pane::Timeline),
+                Self::Show(Pane::Console),
+                Self::Show(Pane::Source),
+                Self::Restart,
             ],
         ),
         ("City", &[Self::Build, Self::Cancel, Self::Why, Self::Palette]),
@@ -148,6 +243,8 @@ impl Action {
             Self::Palette => "All that can be done…",
             Self::Larger => "Larger",
             Self::Smaller => "Smaller",
+            Self::GoTo(_) => "Go to a view that was kept",
+            Self::Restart => "Start graphics anew",
             Self::Show(pane) => pane.name(),
         }
     }
@@ -164,7 +261,8 @@ impl Action {
             Self::Palette => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P),
             Self::Larger => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Plus),
             Self::Smaller => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Minus),
-            Self::ResetAll | Self::Cancel | Self::Show(_) => return None,
+            Self::GoTo(index) => with_command(*DIGITS.get(index)?),
+            Self::ResetAll | Self::Cancel | Self::Restart | Self::Show(_) => return None,
         })
     }
 
@@ -179,6 +277,8 @@ impl Action {
             Self::Redo => state.history.to_redo().is_some(),
             Self::Build => state.city.is_some(),
             Self::ResetAll | Self::Fit => state.ready.is_some(),
+            Self::GoTo(index) => state.bookmarks().len() > index,
+            Self::Restart => state.gpu().is_some(),
             Self::Cancel => state.under.is_some(),
             Self::Why => state.selected.is_some(),
             Self::Open | Self::Palette | Self::Larger | Self::Smaller | Self::Show(_) => true,
@@ -211,6 +311,12 @@ impl App {
                 self.state.preferences.scale = (self.state.preferences.scale * by).clamp(0.5, 4.0);
                 chosen(ui.ctx(), &self.state.preferences);
                 self.state.remember();
+            }
+            Action::GoTo(index) => commands.push(Command::GoTo(index)),
+            Action::Restart => {
+                if let Some(gpu) = self.state.gpu() {
+                    gpu.device.destroy();
+                }
             }
             Action::Show(pane) => self.bring_up(pane),
         }
@@ -300,7 +406,7 @@ impl App {
 
     fn shortcuts(&mut self, ui: &Ui) {
         // Longer combinations first: without Shift they would be others.
-        let mut all: Vec<Action> = Action::all().collect();
+        let mut all: Vec<Action> = Action::all().chain((0..DIGITS.len()).map(Action::GoTo)).collect();
         all.sort_by_key(|action| std::cmp::Reverse(action.shortcut().is_some_and(|keys| keys.modifiers.shift)));
         for action in all {
             let pressed =
@@ -381,10 +487,28 @@ impl App {
         });
     }
 
+    /// Changes that an earlier run left unsaved, until people say what becomes of them.
+    fn show_recovery(&mut self, ui: &mut Ui) {
+        if self.state.recovery.found.is_none() {
+            return;
+        }
+        Panel::bottom("recovery").show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.strong("The program ended before changes of this city were saved.");
+                for (words, wanted) in [("Take them up", true), ("Forget them", false)] {
+                    if ui.button(words).clicked() {
+                        self.state.commands.push(Command::Recover(wanted));
+                    }
+                }
+            });
+        });
+    }
+
     /// Before the window closes people are asked what becomes of their changes.
     fn show_closing(&mut self, ui: &Ui) {
         let wants_to_close = ui.ctx().input(|input| input.viewport().close_requested());
-        if wants_to_close && !self.state.history.is_saved() && !self.closing {
+        // Where another window takes this one's place, nothing is lost.
+        if wants_to_close && !self.state.history.is_saved() && !self.closing && !self.lost.is_lost() {
             ui.ctx().send_viewport_cmd(egui::ViewportCommand::CancelClose);
             self.closing = true;
         }
@@ -401,6 +525,7 @@ impl App {
                     self.closing = close;
                 }
                 if ui.button("Close without saving").clicked() {
+                    self.state.give_up_changes();
                     close = true;
                 }
                 if ui.button("Stay").clicked() {
@@ -432,7 +557,13 @@ impl App {
                 for city in cities {
                     let name =
                         city.file_name().map_or_else(String::new, |name| name.to_string_lossy().replace('_', " "));
-                    let button = Button::new(&name).min_size([140.0, 44.0].into());
+                    let button = match self.pictures.of(ui.ctx(), &city) {
+                        Some(picture) => {
+                            Button::image_and_text(Image::new(&picture).max_size([180.0, 120.0].into()), &name)
+                        }
+                        None => Button::new(&name),
+                    };
+                    let button = button.min_size([140.0, 44.0].into());
                     if ui.add(button).on_hover_text(city.display().to_string()).clicked() {
                         self.state.commands.push(Command::Open(city));
                     }
@@ -459,6 +590,7 @@ impl eframe::App for App {
         if let Some(soon) = self.state.catch_up() {
             ui.ctx().request_repaint_after(soon);
         }
+        self.look_after_device(ui);
         self.shortcuts(ui);
         let dropped =
             ui.ctx().input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).next());
@@ -466,6 +598,7 @@ impl eframe::App for App {
         let before = self.state.preferences.layers.clone();
         Panel::top("menus").show(ui, |ui| self.menus(ui));
         self.show_message(ui);
+        self.show_recovery(ui);
         if self.state.city.is_none() {
             CentralPanel::default().show(ui, |ui| ScrollArea::vertical().show(ui, |ui| self.start(ui)));
         } else {
@@ -482,6 +615,9 @@ impl eframe::App for App {
         if title != self.title {
             ui.ctx().send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
+        }
+        if self.state.commands.iter().any(|command| matches!(command, Command::ShowSource(_))) {
+            self.bring_up(Pane::Source);
         }
         if !self.state.commands.is_empty() {
             // Carried out at once, shown in the next frame.

@@ -4,6 +4,7 @@ use city::testing::picture;
 use geom::Id;
 use script::Preset;
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
@@ -22,11 +23,18 @@ pub struct Card {
 pub struct Gallery {
     /// Cards by the presets' names.
     pub cards: BTreeMap<String, Card>,
+    /// Where pictures are kept from one start to the next.
+    folder: Option<PathBuf>,
     drawn: Option<Receiver<(Id, image::RgbaImage)>>,
     wanted: Option<Sender<(Preset, Id)>>,
 }
 
 impl Gallery {
+    /// No presets yet; pictures are kept in a folder, where there is one.
+    pub fn new(folder: Option<PathBuf>) -> Self {
+        Self { folder, ..Self::default() }
+    }
+
     /// Takes in the presets that there are now; those that say something else than before are drawn again.
     pub fn follow(&mut self, presets: &[(Preset, Id)]) {
         let mut before = std::mem::take(&mut self.cards);
@@ -48,20 +56,16 @@ impl Gallery {
         if self.wanted.is_none() {
             let (wanted, presets) = channel::<(Preset, Id)>();
             let (sender, drawn) = channel();
-            let wake = wake.clone();
+            let (wake, folder) = (wake.clone(), self.folder.clone());
             self.drawn = Some(drawn);
             // Without the thread there are no pictures, and names still say what there is.
             let _ = thread::Builder::new().name("gallery".into()).spawn(move || {
                 for (preset, digest) in presets {
-                    let decoded = picture(&preset).ok().and_then(|png| image::load_from_memory(&png).ok());
-                    let sent = decoded.map(|decoded| {
-                        let small = decoded.thumbnail(240, 240).to_rgba8();
-                        sender.send((digest, small))
-                    });
-                    wake.request_repaint();
-                    if sent.is_some_and(|sent| sent.is_err()) {
+                    let Some(small) = kept(folder.as_deref(), digest, &preset) else { continue };
+                    if sender.send((digest, small)).is_err() {
                         return;
                     }
+                    wake.request_repaint();
                 }
             });
             for card in self.cards.values() {
@@ -78,4 +82,23 @@ impl Gallery {
             }
         }
     }
+}
+
+/// The picture of a preset as it was drawn at an earlier start, or drawn now.
+fn kept(folder: Option<&Path>, digest: Id, preset: &Preset) -> Option<image::RgbaImage> {
+    let file = folder.map(|folder| folder.join(format!("{digest}.png")));
+    if let Some(known) = file.as_ref().and_then(|file| image::open(file).ok()) {
+        return Some(known.to_rgba8());
+    }
+    let decoded = image::load_from_memory(&picture(preset).ok()?).ok()?;
+    let small = decoded.thumbnail(240, 240).to_rgba8();
+    if let Some(file) = file {
+        // Where it cannot be kept it is drawn again next time.
+        let mut png = std::io::Cursor::new(Vec::new());
+        if small.write_to(&mut png, image::ImageFormat::Png).is_ok() {
+            let _ = file.parent().map(std::fs::create_dir_all);
+            let _ = city::export::write_atomically(&file, |out| out.write_all(png.get_ref()));
+        }
+    }
+    Some(small)
 }

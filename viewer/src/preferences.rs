@@ -1,7 +1,9 @@
 //! What the viewer remembers from one start to the next.
 
+use crate::render::{MapCamera, OrbitCamera};
 use crate::shown::Layers;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Most cities that are remembered.
@@ -45,11 +47,33 @@ pub struct Preferences {
     pub recent: Vec<PathBuf>,
     /// What is switched on.
     pub layers: Layers,
+    /// Views that were kept, by city.
+    pub bookmarks: BTreeMap<PathBuf, Vec<Bookmark>>,
+    /// What opens a place in a script: see [`crate::editor::open`].
+    pub editor: String,
+}
+
+/// Where one looked from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bookmark {
+    /// What people call it.
+    pub name: String,
+    /// On the map.
+    pub map: MapCamera,
+    /// In the model.
+    pub model: OrbitCamera,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self { theme: Theme::default(), scale: 1.0, recent: Vec::new(), layers: Layers::default() }
+        Self {
+            theme: Theme::default(),
+            scale: 1.0,
+            recent: Vec::new(),
+            layers: Layers::default(),
+            bookmarks: BTreeMap::new(),
+            editor: crate::editor::USUAL.into(),
+        }
     }
 }
 

@@ -13,8 +13,15 @@ pub struct Layers {
     pub map: BTreeSet<LayerKind>,
     /// Whether land, water and parks are shown below the map.
     pub ground: bool,
+    /// Whether places that rules marked, or where they went wrong, are shown on the map.
+    #[serde(default = "yes")]
+    pub marks: bool,
     /// Of the model: terrain, streets, parks, buildings.
     pub model: [bool; 4],
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// The parts of a model with what people call them, in the order of [`Layers::model`].
@@ -29,7 +36,7 @@ impl Default for Layers {
     fn default() -> Self {
         use LayerKind::{Blocks, Buildings, Green, Landmarks, Parcels, Streets};
         let map = [Blocks, Green, Parcels, Buildings, Streets, Landmarks].into();
-        Self { map, ground: true, model: [true; 4] }
+        Self { map, ground: true, marks: true, model: [true; 4] }
     }
 }
 

@@ -1,15 +1,23 @@
 //! What the window shows and what people do: panels read the state and leave commands, which are carried out between frames.
 
+use crate::console::Console;
 use crate::evidence::Evidence;
+use crate::evidence::Statistics;
 use crate::history::History;
-use crate::preferences::Preferences;
+use crate::panels::source::Place;
+use crate::preferences::{Bookmark, Preferences};
+use crate::recovery::Recovery;
 use crate::render::Gpu;
 use crate::scene::{By, ColourBy, Element};
+use crate::task::Task;
 use crate::timeline::Timeline;
 use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of};
-use crate::{asked, gallery, preset_file};
+use crate::{gallery, preset_file};
+use city::export::map::Colouring;
+use city::why::Answer;
 use city::{Cache, Changes};
+use geom::Vec2;
 use script::PresetTarget;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -55,6 +63,22 @@ pub enum Command {
     Select(Option<Element>),
     /// Asks why what is picked is there.
     Ask,
+    /// Measures the city.
+    Measure,
+    /// Runs what was typed into the console.
+    Run,
+    /// Shows a place in a script.
+    ShowSource(Place),
+    /// Shows a place of the city, in metres.
+    ShowPlace([f64; 2]),
+    /// Keeps where one looks from, by a name; one of that name is written over.
+    KeepView(String),
+    /// Looks from where that was kept.
+    GoTo(usize),
+    /// Forgets a view that was kept.
+    ForgetView(usize),
+    /// Takes changes up again that were not saved when the program ended, or forgets them.
+    Recover(bool),
     /// Looks at what is picked, or at all of the city.
     Fit,
     /// Gives up the build under way.
@@ -88,7 +112,19 @@ pub struct State {
     /// What is picked.
     pub selected: Option<Element>,
     /// Why it is there.
-    pub asked: asked::Asked,
+    pub asked: Task<Answer>,
+    /// What is measured of the city.
+    pub statistics: Task<Statistics>,
+    /// The streets by when they grew, where people want to see that.
+    pub growth: Task<crate::scene::MapScene>,
+    /// Whether they do.
+    pub by_growth: bool,
+    /// Scripts typed by people.
+    pub console: Console,
+    /// The place in a script that is shown.
+    pub source: Option<Place>,
+    /// Changes that were not saved when the program ended.
+    pub recovery: Recovery,
     /// How the city grew.
     pub timeline: Timeline,
     /// Pictures of presets.
@@ -107,11 +143,18 @@ pub struct State {
     pub commands: Vec<Command>,
     /// What is looked for.
     pub filters: Filters,
+    /// Whether the views stay where they are when the first city comes.
+    keeps_views: bool,
     /// What questions about the city are answered from.
     evidence: Arc<Evidence>,
     worker: Result<Worker, String>,
     wake: Wake,
     gpu: Option<Gpu>,
+}
+
+/// A path as it is known by whatever folder one stands in.
+fn whole(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
 /// What people look for in lists.
@@ -125,6 +168,10 @@ pub struct Filters {
     pub palette: String,
     /// What a preset is to be called.
     pub preset_name: String,
+    /// What a view is to be called.
+    pub view_name: String,
+    /// Which rules presets must have: of streets, parcels or buildings.
+    pub kind: Option<&'static str>,
 }
 
 /// Room for caches on disk, in bytes.
@@ -134,9 +181,13 @@ impl State {
     /// Nothing is open yet.
     pub fn new(gpu: Option<Gpu>, preferences_file: Option<PathBuf>, rules: Option<PathBuf>, wake: Wake) -> Self {
         let preferences = preferences_file.as_deref().map(Preferences::read).unwrap_or_default();
-        let folder = preferences_file.is_some().then(dirs::cache_dir).flatten();
+        // Whoever keeps preferences elsewhere is none of the user's.
+        let is_users = preferences_file.is_some() && preferences_file == Preferences::file();
+        let folder = is_users.then(dirs::cache_dir).flatten();
+        let pictures = folder.as_ref().map(|folder| folder.join("plat-view").join("presets"));
         let on_disk = folder.and_then(|folder| Cache::on_disk(&folder.join("plat"), CACHE_BYTES).ok());
         let cache = on_disk.unwrap_or_else(Cache::in_memory);
+        let recovery = Recovery::beside(preferences_file.as_deref());
         Self {
             preferences,
             preferences_file,
@@ -148,10 +199,17 @@ impl State {
             history: History::of(Changes::default()),
             colour_by: None,
             selected: None,
-            asked: asked::Asked::default(),
+            asked: Task::default(),
+            statistics: Task::default(),
+            growth: Task::default(),
+            by_growth: false,
+            console: Console::default(),
+            source: None,
+            recovery,
             timeline: Timeline::default(),
+            keeps_views: false,
             evidence: Arc::default(),
-            gallery: gallery::Gallery::default(),
+            gallery: gallery::Gallery::new(pictures),
             target: PresetTarget::City,
             scope: None,
             overlay: (None, 0.6),
@@ -172,7 +230,12 @@ impl State {
 
     /// Whether nothing is being built.
     pub fn is_idle(&self) -> bool {
-        let is_asking = self.asked.is_asking() || self.timeline.is_busy() || self.timeline.plays();
+        let is_asking = self.asked.is_busy()
+            || self.statistics.is_busy()
+            || self.growth.is_busy()
+            || self.console.is_busy()
+            || self.timeline.is_busy()
+            || self.timeline.plays();
         self.worker.as_ref().is_ok_and(Worker::is_idle) && !is_asking
     }
 
@@ -196,24 +259,34 @@ impl State {
             self.under = None;
         }
         self.asked.catch_up();
+        self.statistics.catch_up();
+        self.growth.catch_up();
+        self.console.catch_up();
         for command in std::mem::take(&mut self.commands) {
             self.carry_out(command);
         }
         let ready = self.ready.clone()?;
+        if self.by_growth && self.growth.done.is_none() && !self.growth.is_busy() {
+            self.see_growth(&ready);
+        }
         self.timeline.catch_up(&ready, &self.evidence, self.gpu.as_ref(), &self.wake)
     }
 
     fn show(&mut self, ready: Arc<Ready>) {
         let is_first = self.ready.is_none();
         (self.under, self.failure) = (None, None);
+        let keeps_views = std::mem::take(&mut self.keeps_views);
         if let Some(scene) = &ready.scene
             && is_first
+            && !keeps_views
         {
             self.views.fit(scene.extent, &ready.built.city);
         }
         let is_there = |element: &Element| crate::inspect::polygon_of(&ready.built.city, element).is_some();
         self.selected = self.selected.take().filter(is_there);
         self.asked.forget();
+        self.statistics.forget();
+        self.growth.forget();
         self.timeline.leave();
         self.evidence = Arc::default();
         self.ready = Some(ready);
@@ -243,12 +316,12 @@ impl State {
             Command::Seed(seed) => self.change("seed", Some("seed"), |changes| changes.seed = seed),
             Command::Undo => {
                 if self.history.undo() {
-                    self.build();
+                    self.changed();
                 }
             }
             Command::Redo => {
                 if self.history.redo() {
-                    self.build();
+                    self.changed();
                 }
             }
             Command::Save => self.save(),
@@ -265,10 +338,43 @@ impl State {
                 self.selected = element;
             }
             Command::Ask => {
-                if let (Some(ready), Some(element)) = (&self.ready, &self.selected) {
-                    self.asked.ask(ready.clone(), self.evidence.clone(), element, self.wake.clone());
+                if let (Some(ready), Some(element)) = (self.ready.clone(), self.selected.clone()) {
+                    let evidence = self.evidence.clone();
+                    self.asked.begin("why", self.wake.clone(), move || evidence.why(&ready, &element));
                 }
             }
+            Command::Measure => {
+                if let Some(ready) = self.ready.clone() {
+                    let evidence = self.evidence.clone();
+                    self.statistics.begin("measures", self.wake.clone(), move || evidence.statistics(&ready));
+                }
+            }
+            Command::Run => {
+                if let Some(ready) = &self.ready {
+                    self.console.run(ready, &self.evidence, self.selected.as_ref(), &self.wake);
+                }
+            }
+            Command::ShowSource(place) => self.source = Some(place),
+            Command::ShowPlace(place) => self.views.look_at(Vec2::from_array(place)),
+            Command::KeepView(name) => {
+                let view = self.views.bookmark(&name);
+                self.with_bookmarks(|views| {
+                    views.retain(|other| other.name != name);
+                    views.push(view);
+                });
+            }
+            Command::GoTo(index) => {
+                let kept = self.bookmarks().get(index).cloned();
+                if let Some(kept) = kept {
+                    self.views.go_to(&kept);
+                }
+            }
+            Command::ForgetView(index) => self.with_bookmarks(|views| {
+                if index < views.len() {
+                    views.remove(index);
+                }
+            }),
+            Command::Recover(wanted) => self.recover(wanted),
             Command::Fit => self.fit(),
             Command::Cancel => {
                 if let Ok(worker) = &self.worker {
@@ -282,8 +388,68 @@ impl State {
 
     fn change(&mut self, name: &str, turns: Option<&str>, change: impl FnOnce(&mut Changes)) {
         if self.city.is_some() && self.history.step(name, turns, change) {
-            self.build();
+            self.changed();
         }
+    }
+
+    /// The changes are others than before.
+    fn changed(&mut self) {
+        self.guard();
+        self.build();
+    }
+
+    /// Keeps changes that are not saved where they outlive the program.
+    fn guard(&mut self) {
+        let Some(city) = &self.city else { return };
+        let now = self.history.now();
+        let kept = self.recovery.keep(city, (!self.history.is_saved()).then_some(&now));
+        if let Err(error) = kept {
+            self.message = Some(format!("Changes that are not saved are not kept against a crash: {error}"));
+        }
+    }
+
+    /// Takes up changes of an earlier run, or forgets them.
+    fn recover(&mut self, wanted: bool) {
+        let Some(lost) = self.recovery.found.take() else { return };
+        if wanted {
+            self.change("changes that were not saved", None, |changes| *changes = lost);
+        }
+        self.guard();
+    }
+
+    /// The views that were kept of the open city.
+    pub fn bookmarks(&self) -> &[Bookmark] {
+        let known = self.city.as_ref().and_then(|city| self.preferences.bookmarks.get(&whole(city)));
+        known.map_or(&[], Vec::as_slice)
+    }
+
+    fn with_bookmarks(&mut self, change: impl FnOnce(&mut Vec<Bookmark>)) {
+        let Some(city) = &self.city else { return };
+        change(self.preferences.bookmarks.entry(whole(city)).or_default());
+        self.preferences.bookmarks.retain(|_, views| !views.is_empty());
+        self.remember();
+    }
+
+    /// Wakes the window.
+    pub fn wake(&self) -> Wake {
+        self.wake.clone()
+    }
+
+    /// The text of a script, as it was read last.
+    pub fn text_of(&self, file: &str) -> Option<Arc<str>> {
+        let failed = self.failure.as_ref().and_then(|failure| failure.texts.as_ref());
+        let ready = self.ready.as_ref().map(|ready| &ready.as_written.texts);
+        failed.and_then(|texts| texts.get(file)).or_else(|| ready.and_then(|texts| texts.get(file)))
+    }
+
+    /// Colours the streets by when they grew.
+    fn see_growth(&mut self, ready: &Arc<Ready>) {
+        let (ready, evidence, gpu) = (ready.clone(), self.evidence.clone(), self.gpu.clone());
+        self.growth.begin("growth", self.wake.clone(), move || {
+            let colouring = Colouring::of_growth(&ready.built.city, evidence.trace(&ready)?);
+            let gpu = gpu.ok_or("there is no graphics adapter")?;
+            Ok(crate::scene::MapScene::coloured(&gpu, &ready.built.city, Some(&colouring)))
+        });
     }
 
     fn open(&mut self, path: &Path) {
@@ -297,7 +463,10 @@ impl State {
             return;
         }
         match Changes::saved(&script) {
-            Ok(saved) => self.history = History::of(saved),
+            Ok(saved) => {
+                self.recovery.find(path, &saved);
+                self.history = History::of(saved);
+            }
             Err(error) => {
                 self.message = Some(error.to_string());
                 return;
@@ -309,6 +478,26 @@ impl State {
         self.remember();
         self.city = Some(path.to_path_buf());
         self.build();
+    }
+
+    /// Goes on with a city where another window ended.
+    pub fn take_over(&mut self, city: &Path, history: History, views: Bookmark) {
+        self.open(city);
+        if self.city.is_some() {
+            self.recovery.found = None;
+            self.history = history;
+            self.views.go_to(&views);
+            self.keeps_views = true;
+            self.changed();
+        }
+    }
+
+    /// The changes that are not saved are not to be saved: nothing of them is kept.
+    pub fn give_up_changes(&mut self) {
+        if let Some(city) = &self.city {
+            // What cannot be removed is offered once more at the next start.
+            let _ = self.recovery.keep(city, None);
+        }
     }
 
     /// Asks for the city as it now is to be.
@@ -326,7 +515,10 @@ impl State {
     fn save(&mut self) {
         let Some(ready) = &self.ready else { return };
         match self.history.now().save(&ready.as_written) {
-            Ok(()) => self.history.mark_saved(),
+            Ok(()) => {
+                self.history.mark_saved();
+                self.guard();
+            }
             Err(error) => self.message = Some(format!("The changes could not be saved; they are still here. {error}")),
         }
     }

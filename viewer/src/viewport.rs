@@ -1,6 +1,7 @@
 //! The views: a map and a model of the same city, drawn when something changed and shown as pictures.
 
 use crate::inspect::polygon_of;
+use crate::preferences::Bookmark;
 use crate::render::{Camera, Cost, Gpu, MapCamera, OrbitCamera, Overlay, Renderer, Target};
 use crate::scene::{Element, Scene, at, near_ray};
 use crate::shown::shown;
@@ -105,6 +106,23 @@ impl Viewports {
         }
     }
 
+    /// Moves both views over a place.
+    pub fn look_at(&mut self, place: Vec2) {
+        self.map.camera.centre = place;
+        self.model.camera.target = place.extend(self.model.camera.target.z);
+    }
+
+    /// Where one looks from now, by a name.
+    pub fn bookmark(&self, name: &str) -> Bookmark {
+        Bookmark { name: name.to_owned(), map: self.map.camera, model: self.model.camera }
+    }
+
+    /// Looks from where that was kept.
+    pub fn go_to(&mut self, kept: &Bookmark) {
+        (self.map.camera, self.model.camera) = (kept.map, kept.model);
+        self.to_fit = (None, None);
+    }
+
     /// What the last frame of a view cost.
     pub fn cost(&self, view: View) -> Cost {
         match view {
@@ -157,6 +175,7 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         Err(error) => state.message = Some(error),
     }
     if which == View::Map {
+        marks(ui, state, &ready.built.report, rect, pixels, scale);
         outline(ui, state, &ready.built.city, rect, pixels, scale);
     }
 }
@@ -279,8 +298,11 @@ fn paint(
     let round = state.ready.as_ref().map(|ready| ready.round);
     let moment = state.timeline.moment.clone();
     let step = moment.as_ref().map(|moment| moment.step);
+    let grown = state.growth.done.as_ref().filter(|_| state.by_growth).and_then(|grown| grown.as_ref().ok());
     let layers = &state.preferences.layers;
-    let key = format!("{round:?} {step:?} {camera:?} {look:?} {size:?} {layers:?} {wanted:?} {}", state.overlay.1);
+    let grows = grown.is_some();
+    let key =
+        format!("{round:?} {step:?} {grows} {camera:?} {look:?} {size:?} {layers:?} {wanted:?} {}", state.overlay.1);
     if let (Some(texture), Some(painted)) = (surface.texture, &surface.painted)
         && *painted == key
     {
@@ -308,21 +330,47 @@ fn paint(
     }
     let (Some(target), Some(texture)) = (&surface.target, surface.texture) else { return Err("no target".into()) };
     let overlay = overlay.as_ref().map(|(_, overlay)| overlay);
-    let map_now = moment.as_ref().and_then(|moment| moment.map.as_ref());
+    let map_now = moment.as_ref().and_then(|moment| moment.map.as_ref()).or(grown);
     surface.cost =
         renderer.draw(target, &camera, &shown(scene, map_now, &camera, &state.preferences.layers, overlay, *look));
     surface.painted = Some(key);
     Ok(texture)
 }
 
+/// Most marks that are drawn.
+const MOST_MARKS: usize = 2000;
+
+/// Where rules marked places or went wrong, over the map.
+fn marks(ui: &Ui, state: &State, report: &city::Report, rect: Rect, pixels: [f32; 2], scale: f32) {
+    if !state.preferences.layers.marks {
+        return;
+    }
+    let failed = state.failure.iter().flat_map(|failure| &failure.faults);
+    let faults = report.faults.iter().chain(failed).filter_map(|fault| Some((fault.place?, fault.is_error())));
+    let marked = report.marks.iter().map(|mark| (mark.place, false));
+    let painter = ui.painter().with_clip_rect(rect);
+    for (place, is_error) in marked.chain(faults).take(MOST_MARKS) {
+        let at = on_screen(state, Vec2::from_array(place), rect, pixels, scale);
+        if rect.expand(8.0).contains(at) {
+            let colour =
+                if is_error { Color32::from_rgb(0xc6, 0x28, 0x28) } else { Color32::from_rgb(0x6a, 0x1b, 0x9a) };
+            painter.circle_stroke(at, 6.0, Stroke::new(4.0, Color32::WHITE));
+            painter.circle_stroke(at, 6.0, Stroke::new(2.0, colour));
+            painter.circle_filled(at, 1.5, colour);
+        }
+    }
+}
+
+/// Where a place lies on the map as it is shown, in points.
+fn on_screen(state: &State, place: Vec2, rect: Rect, pixels: [f32; 2], scale: f32) -> Pos2 {
+    let [x, y] = state.views.map.camera.pixel(place, pixels);
+    Pos2::new(rect.min.x + x / scale, rect.min.y + y / scale)
+}
+
 /// The rim of what is picked, over the map.
 fn outline(ui: &Ui, state: &State, city: &City, rect: Rect, pixels: [f32; 2], scale: f32) {
     let Some(polygon) = state.selected.as_ref().and_then(|element| polygon_of(city, element)) else { return };
-    let camera = &state.views.map.camera;
-    let place = |at: Vec2| {
-        let [x, y] = camera.pixel(at, pixels);
-        Pos2::new(rect.min.x + x / scale, rect.min.y + y / scale)
-    };
+    let place = |at: Vec2| on_screen(state, at, rect, pixels, scale);
     let painter = ui.painter().with_clip_rect(rect);
     for ring in polygon.rings() {
         let points: Vec<Pos2> = ring.iter().chain(ring.first()).map(|p| place(p.metres())).collect();

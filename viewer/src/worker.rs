@@ -132,7 +132,8 @@ impl Worker {
         let shared = Arc::<Shared>::default();
         let watch = Watch::new(&[]).map_err(|error| error.to_string())?;
         let stop = Box::new(watch.stopper());
-        let bench = Bench { watch, gpu, cache, teller: Teller { sender, wake }, shared: shared.clone(), rounds: 0 };
+        let teller = Teller { sender, wake };
+        let bench = Bench { watch, gpu, cache, teller, shared: shared.clone(), rounds: 0, last_told: Arc::default() };
         let thread = std::thread::Builder::new().name("worker".into());
         thread.spawn(move || bench.run()).map_err(|error| error.to_string())?;
         Ok(Self { news, shared, stop })
@@ -199,6 +200,8 @@ struct Bench {
     shared: Arc<Shared>,
     /// Rounds begun.
     rounds: u64,
+    /// The round whose presets are told.
+    last_told: Arc<AtomicU64>,
 }
 
 impl Bench {
@@ -250,11 +253,7 @@ impl Bench {
             Ok(Some(ready)) => {
                 let ready = Arc::new(ready);
                 self.teller.tell(News::Ready(ready.clone()));
-                // Nobody waits for these, and all their rules are read for them.
-                let host = &ready.as_written.host;
-                let presets = host.preset_names().into_iter().filter_map(|name| host.preset(&name).ok());
-                let with_digest = |preset: Preset| (preset.clone(), Digest::new("card").value(&preset).finish());
-                self.teller.tell(News::Presets(presets.map(with_digest).collect()));
+                self.tell_presets(&ready);
                 Some(ready)
             }
             Ok(None) => before,
@@ -263,6 +262,28 @@ impl Bench {
                 before
             }
         }
+    }
+
+    /// Tells the presets on a thread of its own: all their rules are read for them, and the next save must not wait for that.
+    fn tell_presets(&self, ready: &Arc<Ready>) {
+        let (host, teller) = (ready.as_written.host.clone(), self.teller.clone());
+        let (round, last) = (ready.round, self.last_told.clone());
+        last.store(round, Ordering::SeqCst);
+        let is_over = self.shared.clone();
+        let tell = move || {
+            let mut presets = Vec::new();
+            for name in host.preset_names() {
+                // Where there is a newer city, its presets are told.
+                if last.load(Ordering::SeqCst) != round || is_over.is_over.load(Ordering::SeqCst) {
+                    return;
+                }
+                let with_digest = |preset: Preset| (preset.clone(), Digest::new("card").value(&preset).finish());
+                presets.extend(host.preset(&name).ok().map(with_digest));
+            }
+            teller.tell(News::Presets(presets));
+        };
+        // Without the thread the gallery stays as it is.
+        let _ = std::thread::Builder::new().name("presets".into()).spawn(tell);
     }
 
     /// `None` where it was given up.

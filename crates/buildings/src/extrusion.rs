@@ -20,9 +20,18 @@ const LEAST_WIDTH: f64 = 2.0;
 /// or a height that is not finite, gives no building. Of a footprint in several parts the largest is built. The footprint
 /// lies in the outline exactly, and off the sides by what they ask for (V22).
 pub fn extrude(shape: &StartShape, envelope: &Envelope) -> Option<Building> {
-    let footprint = footprint(shape, &envelope.setbacks)?;
+    raise(shape, envelope, footprint(shape, envelope)?)
+}
+
+/// The footprint of [`extrude`]: whatever the height and the ground, the same.
+pub fn footprint(shape: &StartShape, envelope: &Envelope) -> Option<Polygon> {
+    let footprint = set_back(shape, &envelope.setbacks)?;
     let limit = sane(envelope.coverage).min(1.0) * shape.outline.area();
-    let footprint = if footprint.area() > limit { cover::shortened(shape, footprint, limit)? } else { footprint };
+    if footprint.area() > limit { cover::shortened(shape, footprint, limit) } else { Some(footprint) }
+}
+
+/// The building on a footprint that was found before.
+pub fn raise(shape: &StartShape, envelope: &Envelope, footprint: Polygon) -> Option<Building> {
     envelope.height.is_finite().then(|| Building {
         id: shape.parcel.with(&[Id::root("building", &[]).0]),
         parcel: shape.parcel,
@@ -37,7 +46,7 @@ fn sane(length: f64) -> f64 {
     if length.is_finite() { length.max(0.0) } else { 0.0 }
 }
 
-fn footprint(shape: &StartShape, setbacks: &Setbacks) -> Option<Polygon> {
+fn set_back(shape: &StartShape, setbacks: &Setbacks) -> Option<Polygon> {
     match *setbacks {
         Setbacks::Even(setback) => {
             let setback = sane(setback);

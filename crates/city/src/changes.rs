@@ -67,11 +67,20 @@ impl Changes {
     /// # Errors
     /// When there is one that cannot be read.
     pub fn saved(script: &Path) -> Result<Self, ChangesError> {
-        let path = Self::file_of(script);
-        match std::fs::read_to_string(&path) {
-            Ok(text) => Self::parse(&text).map_err(|wrong| wrong.in_file(&path)),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
-            Err(error) => Err(ChangesError { path, line: None, message: error.to_string(), hint: None }),
+        Ok(Self::read(&Self::file_of(script))?.unwrap_or_default())
+    }
+
+    /// Those in a file; `None` where there is no such file.
+    ///
+    /// # Errors
+    /// When there is one that cannot be read.
+    pub fn read(path: &Path) -> Result<Option<Self>, ChangesError> {
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text).map(Some).map_err(|wrong| wrong.in_file(path)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(error) => {
+                Err(ChangesError { path: path.to_path_buf(), line: None, message: error.to_string(), hint: None })
+            }
         }
     }
 
@@ -153,6 +162,13 @@ impl Changes {
             })?;
         }
         Ok(())
+    }
+
+    /// The text without remarks, for whoever does not know the city.
+    pub fn plain(&self) -> String {
+        let head = HEAD.iter().map(|line| (*line).to_owned());
+        let lines: Vec<String> = head.chain(self.lines().map(|change| change.to_string())).collect();
+        lines.join("\n") + "\n"
     }
 
     /// The text that is saved. Remarks tell what each change stands in place of, in a city that was read without them.

@@ -141,6 +141,21 @@ fn check_reads_maps_and_says_what_is_missing() {
 }
 
 #[test]
+fn check_finds_saved_changes_that_do_not_suit_their_city() {
+    let place = place(&[]);
+    let script =
+        "city(#{ site: site(#{ size: [900, 900] }), minors: streets(#{ pattern: rule(\"streets/grid\") }) });\n";
+    write(place.path(), "city.rhai", script);
+    write(
+        place.path(),
+        "city.changes",
+        "plat-changes 1\nset minors.pattern.block_width=90\nset minors.pattern.block_wide=90\n",
+    );
+    let report = json(place.path(), &["check", "city.rhai", "--json"], 1);
+    assert_eq!(spots(&report), ["error city.changes:3:1"], "{report}");
+}
+
+#[test]
 fn all_that_is_shipped_is_sound() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let report = json(&root, &["check", "rules", "scripts", "--json"], 0);

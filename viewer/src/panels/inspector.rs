@@ -1,5 +1,7 @@
 //! What is picked: its measures, and why it is there.
 
+use super::called;
+use super::source::Place;
 use crate::inspect::facts;
 use crate::state::{Command, State};
 use eframe::egui::{Grid, Label, RichText, Ui};
@@ -29,14 +31,22 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
             state.commands.push(Command::Select(None));
         }
     });
-    if state.asked.is_asking() {
+    if state.asked.is_busy() {
         ui.horizontal(|ui| {
             ui.spinner();
             ui.label("The city is grown once more, to see why");
         });
     }
-    match &state.asked.answer {
+    match &state.asked.done {
         Some(Ok(answer)) => {
+            for rule in &answer.rules {
+                let Some(line) = rule.line else { continue };
+                let link = ui.link(format!("{}: {}", rule.role, rule.name));
+                if called(link, &format!("Text of {}", rule.name)).on_hover_text("Shows the text").clicked() {
+                    let place = Place { file: rule.file.clone(), line, column: 1, is_new: true };
+                    state.commands.push(Command::ShowSource(place));
+                }
+            }
             ui.label(RichText::new(answer.to_string()).monospace());
         }
         Some(Err(error)) => {

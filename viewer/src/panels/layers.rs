@@ -1,10 +1,11 @@
 //! What is shown, and how.
 
+use super::called;
 use crate::scene::LayerKind;
 use crate::shown::MODEL_PARTS;
 use crate::state::{Command, State};
 use crate::viewport::View;
-use eframe::egui::{Color32, ComboBox, Sense, Slider, Ui, Vec2};
+use eframe::egui::{Button, Color32, ComboBox, Sense, Slider, TextEdit, Ui, Vec2};
 
 /// Shows them.
 pub fn ui(ui: &mut Ui, state: &mut State) {
@@ -21,7 +22,9 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
             };
         }
     }
+    ui.checkbox(&mut state.preferences.layers.marks, "Marks and faults of rules");
     colours(ui, state);
+    growth(ui, state);
     ui.separator();
     ui.strong("Model");
     for (i, (_, name)) in MODEL_PARTS.iter().enumerate() {
@@ -32,8 +35,12 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     slider(ui, "Silhouettes", Slider::new(&mut look.silhouettes, 0.0..=1.0));
     slider(ui, "Sun from", Slider::new(&mut look.sun.0, 0.0..=360.0).suffix("°"));
     slider(ui, "Sun height", Slider::new(&mut look.sun.1, 5.0..=85.0).suffix("°"));
+    let detail = Slider::new(&mut look.detail, 200.0..=50_000.0).logarithmic(true).suffix(" m").max_decimals(0);
+    slider(ui, "Full detail up to", detail);
     ui.separator();
     overlay(ui, state);
+    ui.separator();
+    bookmarks(ui, state);
     ui.separator();
     costs(ui, state);
 }
@@ -59,12 +66,61 @@ fn colours(ui: &mut Ui, state: &mut State) {
     if chosen != state.colour_by {
         state.commands.push(Command::ColourBy(chosen));
     }
-    let legend = state.ready.as_ref().and_then(|ready| ready.scene.as_ref()).map(|scene| scene.map.legend.clone());
-    for (name, [r, g, b]) in legend.into_iter().flatten() {
+    if let Some(scene) = state.ready.as_ref().and_then(|ready| ready.scene.as_ref()) {
+        legend(ui, &scene.map.legend);
+    }
+}
+
+fn legend(ui: &mut Ui, entries: &[(String, [u8; 3])]) {
+    for (name, [r, g, b]) in entries {
         ui.horizontal(|ui| {
             let (rect, _) = ui.allocate_exact_size(Vec2::new(18.0, 10.0), Sense::hover());
-            ui.painter().rect_filled(rect, 2.0, Color32::from_rgb(r, g, b));
+            ui.painter().rect_filled(rect, 2.0, Color32::from_rgb(*r, *g, *b));
             ui.label(name);
+        });
+    }
+}
+
+/// The streets by when they grew: another map in place of the usual one.
+fn growth(ui: &mut Ui, state: &mut State) {
+    let help = "Colours the streets by the step in which they grew; the city is grown once more for it";
+    ui.checkbox(&mut state.by_growth, "Growth order").on_hover_text(help);
+    if !state.by_growth {
+        return;
+    }
+    match &state.growth.done {
+        Some(Ok(map)) => legend(ui, &map.legend),
+        Some(Err(error)) => {
+            ui.colored_label(ui.visuals().error_fg_color, error);
+        }
+        None => {
+            ui.spinner();
+        }
+    }
+}
+
+/// Views that were kept.
+fn bookmarks(ui: &mut Ui, state: &mut State) {
+    ui.strong("Views");
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label("Keep this view as");
+        ui.add(TextEdit::singleline(&mut state.filters.view_name).desired_width(90.0)).labelled_by(label.id);
+        let name = state.filters.view_name.trim().to_owned();
+        if ui.add_enabled(!name.is_empty() && state.ready.is_some(), Button::new("Keep view")).clicked() {
+            state.commands.push(Command::KeepView(name));
+            state.filters.view_name.clear();
+        }
+    });
+    let names: Vec<String> = state.bookmarks().iter().map(|kept| kept.name.clone()).collect();
+    for (index, name) in names.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let keys = if index < 9 { format!("Ctrl+{}", index + 1) } else { String::new() };
+            if ui.add(Button::new(name).shortcut_text(keys)).clicked() {
+                state.commands.push(Command::GoTo(index));
+            }
+            if called(ui.small_button("Forget"), &format!("Forget {name}")).clicked() {
+                state.commands.push(Command::ForgetView(index));
+            }
         });
     }
 }
@@ -90,12 +146,13 @@ fn costs(ui: &mut Ui, state: &State) {
     for which in [View::Map, View::Model] {
         let cost = state.views.cost(which);
         ui.weak(format!(
-            "{}: {} draws, {} triangles, {} kB uploaded, {} parts out of sight, {:.1} ms",
+            "{}: {} draws, {} triangles, {} kB uploaded, {} parts out of sight, {} far off, {:.1} ms",
             which.name(),
             cost.draws,
             cost.primitives,
             cost.bytes.div_ceil(1024),
             cost.culled,
+            cost.simplified,
             cost.cpu.as_secs_f64() * 1000.0
         ));
     }

@@ -1,10 +1,12 @@
 //! The panels. They read the state and leave commands; none of them changes the city.
 
+pub mod console;
 pub mod inspector;
 pub mod layers;
 pub mod parameters;
 pub mod presets;
 pub mod problems;
+pub mod source;
 pub mod statistics;
 pub mod timeline;
 
@@ -33,6 +35,10 @@ pub enum Pane {
     Problems,
     /// How the city grew.
     Timeline,
+    /// Scripts typed by people.
+    Console,
+    /// The text of a script.
+    Source,
 }
 
 impl Pane {
@@ -47,11 +53,13 @@ impl Pane {
             Self::Statistics => "Statistics",
             Self::Problems => "Problems",
             Self::Timeline => "Timeline",
+            Self::Console => "Console",
+            Self::Source => "Source",
         }
     }
 
     /// Those besides the views, in the order of the menu.
-    pub const PANELS: [Self; 7] = [
+    pub const PANELS: [Self; 9] = [
         Self::Presets,
         Self::Parameters,
         Self::Layers,
@@ -59,6 +67,8 @@ impl Pane {
         Self::Statistics,
         Self::Problems,
         Self::Timeline,
+        Self::Console,
+        Self::Source,
     ];
 }
 
@@ -84,17 +94,26 @@ impl egui_tiles::Behavior<Pane> for Docks<'_> {
             view(ui, self.state, self.render, which);
             return egui_tiles::UiResponse::None;
         }
+        let show: fn(&mut Ui, &mut State) = match pane {
+            Pane::Presets => presets::ui,
+            Pane::Parameters => parameters::ui,
+            Pane::Layers => layers::ui,
+            Pane::Inspector => inspector::ui,
+            Pane::Statistics => statistics::ui,
+            Pane::Problems => problems::ui,
+            Pane::Timeline => timeline::ui,
+            Pane::Console => console::ui,
+            Pane::Source => source::ui,
+            Pane::View(_) => return egui_tiles::UiResponse::None,
+        };
+        // Long texts scroll by themselves.
+        let scrolls_alone = matches!(pane, Pane::Console | Pane::Source);
         egui::Frame::central_panel(ui.style()).show(ui, |ui| {
-            ScrollArea::both().id_salt(pane.name()).auto_shrink(false).show(ui, |ui| match pane {
-                Pane::Presets => presets::ui(ui, self.state),
-                Pane::Parameters => parameters::ui(ui, self.state),
-                Pane::Layers => layers::ui(ui, self.state),
-                Pane::Inspector => inspector::ui(ui, self.state),
-                Pane::Statistics => statistics::ui(ui, self.state),
-                Pane::Problems => problems::ui(ui, self.state),
-                Pane::Timeline => timeline::ui(ui, self.state),
-                Pane::View(_) => {}
-            });
+            if scrolls_alone {
+                show(ui, self.state);
+            } else {
+                ScrollArea::both().id_salt(pane.name()).auto_shrink(false).show(ui, |ui| show(ui, self.state));
+            }
         });
         egui_tiles::UiResponse::None
     }
@@ -115,7 +134,7 @@ pub fn usual() -> egui_tiles::Tree<Pane> {
     let map = tabs(&[Pane::View(View::Map)]);
     let model = tabs(&[Pane::View(View::Model)]);
     let right = tabs(&[Pane::Inspector, Pane::Statistics]);
-    let below = tabs(&[Pane::Problems, Pane::Timeline]);
+    let below = tabs(&[Pane::Problems, Pane::Timeline, Pane::Console, Pane::Source]);
     let above = tiles.insert_horizontal_tile(vec![left, map, model, right]);
     let root = tiles.insert_vertical_tile(vec![above, below]);
     for (container, shares) in

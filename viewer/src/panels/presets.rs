@@ -38,10 +38,14 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     ui.separator();
     let label = ui.label("Find a preset");
     ui.add(TextEdit::singleline(&mut state.filters.presets).desired_width(160.0)).labelled_by(label.id);
+    kinds(ui, state);
     state.gallery.draw(ui.ctx());
     let wanted = state.filters.presets.to_lowercase();
     for (name, card) in &state.gallery.cards {
         if !words(name).to_lowercase().contains(&wanted) && !card.preset.about().to_lowercase().contains(&wanted) {
+            continue;
+        }
+        if state.filters.kind.is_some_and(|kind| card.preset.rules().iter().all(|(key, _)| !key.starts_with(kind))) {
             continue;
         }
         ui.separator();
@@ -65,6 +69,22 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
             });
         });
     }
+}
+
+/// The kinds of rules that a preset may have: what people call them, and their keys in it.
+const KINDS: [(&str, Option<&str>); 4] =
+    [("All", None), ("Streets", Some("pattern")), ("Parcels", Some("parcels")), ("Buildings", Some("buildings"))];
+
+/// Which presets are shown, by the rules they have.
+fn kinds(ui: &mut Ui, state: &mut State) {
+    ui.horizontal_wrapped(|ui| {
+        for (name, kind) in KINDS {
+            let chosen = ui.selectable_label(state.filters.kind == kind, name);
+            if called(chosen, &format!("Presets: {name}")).clicked() {
+                state.filters.kind = kind;
+            }
+        }
+    });
 }
 
 /// What presets are laid on.

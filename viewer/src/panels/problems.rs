@@ -1,9 +1,9 @@
 //! What is wrong in scripts and rules, each with its place.
 
-use crate::state::State;
+use super::source::Place;
+use crate::state::{Command, State};
 use city::FaultReport;
 use eframe::egui::{RichText, Ui};
-use geom::Vec2;
 use script::Texts;
 
 /// Shows it.
@@ -45,14 +45,14 @@ fn one(ui: &mut Ui, state: &mut State, fault: &FaultReport, texts: Option<&Texts
     if fault.line > 0 {
         let place = format!("{}:{}:{}", fault.file, fault.line, fault.column);
         ui.horizontal(|ui| {
-            ui.label(RichText::new(&place).monospace());
-            if ui.small_button("Copy").on_hover_text("Copies the place, for your editor").clicked() {
-                ui.ctx().copy_text(place.clone());
+            if ui.link(RichText::new(&place).monospace()).on_hover_text("Shows the text there").clicked() {
+                let place = Place { file: fault.file.clone(), line: fault.line, column: fault.column, is_new: true };
+                state.commands.push(Command::ShowSource(place));
             }
             if let Some(at) = fault.place
                 && ui.small_button("Show on the map").clicked()
             {
-                state.views.map.camera.centre = Vec2::from_array(at);
+                state.commands.push(Command::ShowPlace(at));
             }
         });
         let text = texts.and_then(|texts| texts.get(&fault.file));

@@ -1,11 +1,13 @@
-//! Counts and lengths of the city.
+//! Counts and lengths of the city, and what can be measured of it beside the real place.
 
-use crate::state::State;
+use crate::evidence::Statistics;
+use crate::state::{Command, State};
+use city::measure::{Figure, MEASURES};
 use eframe::egui::{Grid, Ui};
 
 /// Shows them.
 pub fn ui(ui: &mut Ui, state: &mut State) {
-    let Some(ready) = &state.ready else {
+    let Some(ready) = state.ready.clone() else {
         ui.weak("Figures of a city are shown once it is open.");
         return;
     };
@@ -25,4 +27,83 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         ui.label(format!("{:.2} s", ready.took.as_secs_f64()));
         ui.end_row();
     });
+    ui.separator();
+    match &state.statistics.done {
+        Some(Ok(statistics)) => measures(ui, statistics),
+        Some(Err(error)) => {
+            ui.colored_label(ui.visuals().error_fg_color, error);
+        }
+        None if state.statistics.is_busy() => {
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label("The city is being measured");
+            });
+        }
+        // What is looked at is measured; what is hidden is not.
+        None => state.commands.push(Command::Measure),
+    }
+}
+
+/// The figures of the whole, then of the windows that the ranges ask for.
+fn measures(ui: &mut Ui, statistics: &Statistics) {
+    let judged = statistics.verdict.as_ref().map_or(&[][..], |verdict| &verdict.judged);
+    match &statistics.verdict {
+        Some(verdict) => {
+            let words = format!("{} of {} as in {}", verdict.good(), verdict.judged.len(), verdict.place);
+            ui.strong(words.replace('_', " "));
+        }
+        None => {
+            let help = "A file `ranges.json` in the city's folder says where they lie in a real place: see `plat stats --help`";
+            ui.strong("Measures").on_hover_text(help);
+        }
+    }
+    Grid::new("measures").num_columns(4).striped(true).show(ui, |ui| {
+        for measure in &MEASURES {
+            let Some(figure) = statistics.figures.get(measure.name) else { continue };
+            let range = judged.iter().find(|judged| judged.window.is_none() && judged.measure == measure.name);
+            let name = format!("{} {}", measure.name.replace('_', " "), unit(measure.unit));
+            ui.label(name).on_hover_text(measure.about);
+            ui.label(words(figure));
+            standing(ui, range);
+            ui.end_row();
+        }
+        for judged in judged.iter().filter(|judged| judged.window.is_some()) {
+            let window = judged.window.as_deref().unwrap_or_default().replace('_', " ");
+            ui.label(format!("{window}: {}", judged.measure.replace('_', " ")));
+            ui.label(judged.figure.map_or_else(|| "–".into(), words));
+            standing(ui, Some(judged));
+            ui.end_row();
+        }
+    });
+}
+
+/// Where a figure should lie, and whether it does.
+fn standing(ui: &mut Ui, judged: Option<&city::measure::Judged>) {
+    let Some(judged) = judged else {
+        ui.label("");
+        ui.label("");
+        return;
+    };
+    ui.weak(judged.range.to_string());
+    if judged.is_good() {
+        ui.label("as there");
+    } else {
+        ui.colored_label(ui.visuals().warn_fg_color, "off");
+    }
+}
+
+fn unit(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!("({unit})") }
+}
+
+fn words(figure: Figure) -> String {
+    let number = |value: f64| match value.abs() {
+        size if size >= 100.0 => format!("{value:.0}"),
+        size if size >= 10.0 => format!("{value:.1}"),
+        _ => format!("{value:.3}"),
+    };
+    match figure {
+        Figure::Number(value) => number(value),
+        Figure::Headings([a, b]) => format!("{a:.1}, {b:.1}"),
+    }
 }

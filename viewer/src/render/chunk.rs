@@ -36,14 +36,16 @@ pub struct Drawing<V> {
     pub corner: Vec2,
     /// Corners.
     pub vertices: Vec<V>,
-    /// Three a triangle, or two a line.
+    /// Three a triangle, or two a line; what is not seen from far off comes last.
     pub indices: Vec<u32>,
+    /// How many of them are drawn from far off; all when none.
+    pub from_far: Option<usize>,
 }
 
 impl<V> Drawing<V> {
     /// Nothing yet.
     pub fn at(corner: Vec2) -> Self {
-        Self { corner, vertices: Vec::new(), indices: Vec::new() }
+        Self { corner, vertices: Vec::new(), indices: Vec::new(), from_far: None }
     }
 }
 
@@ -56,6 +58,8 @@ pub struct Chunk {
     pub bounds: (Vec3, Vec3),
     /// Indices to draw.
     pub count: u32,
+    /// Those of them that are drawn from far off.
+    pub from_far: u32,
     /// Bytes that were uploaded for it.
     pub bytes: u64,
     pub(super) vertices: wgpu::Buffer,
@@ -82,6 +86,7 @@ impl Chunk {
             corner: drawing.corner,
             bounds: (corner + low, corner + high),
             count: u32::try_from(drawing.indices.len()).ok()?,
+            from_far: u32::try_from(drawing.from_far.unwrap_or(drawing.indices.len())).ok()?,
             bytes: (vertices.len() + indices.len()) as u64,
             vertices: buffer(vertices, wgpu::BufferUsages::VERTEX),
             indices: buffer(indices, wgpu::BufferUsages::INDEX),

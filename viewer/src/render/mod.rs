@@ -87,6 +87,8 @@ pub struct Cost {
     pub bytes: u64,
     /// Chunks that were out of sight.
     pub culled: usize,
+    /// Chunks that were drawn without what is not seen from far off.
+    pub simplified: usize,
     /// Time on the processor until the work was handed over.
     pub cpu: Duration,
 }
@@ -100,11 +102,13 @@ pub struct Look {
     pub silhouettes: f32,
     /// Direction to the sun: degrees from north, and above the horizon.
     pub sun: (f64, f64),
+    /// Metres up to which everything is drawn; farther off what would be smaller than a pixel is left out.
+    pub detail: f64,
 }
 
 impl Default for Look {
     fn default() -> Self {
-        Self { shadows: true, silhouettes: 0.55, sun: (225.0, 42.0) }
+        Self { shadows: true, silhouettes: 0.55, sun: (225.0, 42.0), detail: 3000.0 }
     }
 }
 
@@ -280,8 +284,12 @@ impl Renderer {
         };
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&numbers));
         let mut cost = Cost::default();
-        let seen: Vec<(&Chunk, Kind)> =
-            shown.chunks.iter().copied().filter(|(chunk, _)| is_seen(chunk, origin, &to_clip)).collect();
+        let seen: Vec<Seen> = shown
+            .chunks
+            .iter()
+            .filter(|(chunk, _)| is_seen(chunk, origin, &to_clip))
+            .map(|&(chunk, kind)| Seen { chunk, kind, count: count(chunk, camera, shown.look.detail) })
+            .collect();
         cost.culled = shown.chunks.len() - seen.len();
         // In the shadows that fall into the picture, things outside it count.
         let casting: Vec<&Chunk> = if has_shadows {
@@ -297,9 +305,9 @@ impl Renderer {
     }
 
     /// Uploads the corners of all tiles that are drawn; returns how many bytes. The first is that of the site.
-    fn place(&mut self, shown: &Shown, seen: &[(&Chunk, Kind)], casting: &[&Chunk], origin: Vec3) -> u64 {
+    fn place(&mut self, shown: &Shown, seen: &[Seen], casting: &[&Chunk], origin: Vec3) -> u64 {
         let off = |corner: Vec2| (corner - origin.truncate()).as_vec2().to_array();
-        let chunks = seen.iter().map(|(chunk, _)| *chunk).chain(casting.iter().copied());
+        let chunks = seen.iter().map(|seen| seen.chunk).chain(casting.iter().copied());
         let corners: Vec<[f32; 2]> =
             std::iter::once(off(shown.site.min.metres())).chain(chunks.map(|chunk| off(chunk.corner))).collect();
         if corners.len() > self.room {
@@ -315,7 +323,7 @@ impl Renderer {
         &self,
         target: &Target,
         shown: &Shown,
-        (seen, casting): (&[(&Chunk, Kind)], &[&Chunk]),
+        (seen, casting): (&[Seen], &[&Chunk]),
         in_space: bool,
         cost: &mut Cost,
     ) {
@@ -328,7 +336,7 @@ impl Renderer {
             pass.set_pipeline(&self.pipelines.shadow);
             pass.set_bind_group(0, &bindings, &[]);
             for (i, chunk) in casting.iter().enumerate() {
-                self.draw_chunk(&mut pass, chunk, 1 + seen.len() + i, cost);
+                self.draw_chunk(&mut pass, chunk, chunk.from_far, 1 + seen.len() + i, cost);
             }
         }
         let bindings = self.pipelines.bind_view(device, &self.view, overlay, &self.shadows);
@@ -344,11 +352,11 @@ impl Renderer {
                 cost.primitives += 2;
             }
             let mut kind = None;
-            for (i, (chunk, of)) in seen.iter().enumerate() {
-                if kind.replace(*of) != Some(*of) {
-                    pass.set_pipeline(self.pipelines.of(*of));
+            for (i, seen) in seen.iter().enumerate() {
+                if kind.replace(seen.kind) != Some(seen.kind) {
+                    pass.set_pipeline(self.pipelines.of(seen.kind));
                 }
-                self.draw_chunk(pass, chunk, 1 + i, cost);
+                self.draw_chunk(pass, seen.chunk, seen.count, 1 + i, cost);
             }
         };
         let over = (in_space && shown.look.silhouettes > 0.0).then_some(
@@ -363,14 +371,15 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    fn draw_chunk(&self, pass: &mut wgpu::RenderPass, chunk: &Chunk, place: usize, cost: &mut Cost) {
+    fn draw_chunk(&self, pass: &mut wgpu::RenderPass, chunk: &Chunk, count: u32, place: usize, cost: &mut Cost) {
         let place = place as u32;
         pass.set_vertex_buffer(0, chunk.vertices.slice(..));
         pass.set_vertex_buffer(1, self.corners.slice(..));
         pass.set_index_buffer(chunk.indices.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..chunk.count, 0, place..place + 1);
+        pass.draw_indexed(0..count, 0, place..place + 1);
         cost.draws += 1;
-        cost.primitives += u64::from(chunk.count / 3);
+        cost.primitives += u64::from(count / 3);
+        cost.simplified += usize::from(count < chunk.count);
     }
 
     /// The site as two triangles around its corner.
@@ -423,6 +432,22 @@ fn sun_view(camera: &Camera, sun: Vec3) -> Mat4 {
     };
     let depth = radius * 2.0 + 1500.0;
     (camera::orthographic(radius, depth) * camera::looking(DVec3::ZERO, -sun, DVec3::Z)).as_mat4()
+}
+
+/// A chunk that is in sight.
+struct Seen<'a> {
+    chunk: &'a Chunk,
+    kind: Kind,
+    /// Indices to draw.
+    count: u32,
+}
+
+/// How many indices of a chunk are drawn.
+fn count(chunk: &Chunk, camera: &Camera, detail: f64) -> u32 {
+    let Camera::Orbit(orbit) = camera else { return chunk.count };
+    let eye = orbit.eye();
+    let nearest = eye.clamp(chunk.bounds.0, chunk.bounds.1);
+    if nearest.distance(eye) > detail { chunk.from_far } else { chunk.count }
 }
 
 /// Whether a box may be in sight: not wholly behind one of the planes of the view.

@@ -6,6 +6,7 @@ use city::export::glb::TileKey;
 use city::export::map::style;
 use city::export::map::{Colour, Colouring};
 use city::{City, Digests};
+use geom::predicates::orient;
 use geom::triangulate::triangulate;
 use geom::{Digest, Id, Point, Polygon, Vec2};
 use layout::Use;
@@ -110,11 +111,24 @@ impl MapScene {
             .filter(|layer| !is_kept(*layer))
             .flat_map_iter(|layer| drawings(city, layer, colours))
             .collect();
+        let known = before.map(|(map, _)| &map.parts);
+        let mut made = Self::made(gpu, drawn, known, colours);
+        let kept = known.into_iter().flatten().filter(|(((layer, ..), _), _)| is_kept(*layer));
+        made.parts.extend(kept.map(|(place, part)| (*place, part.clone())));
+        Self { colour_by, ..made }
+    }
+
+    /// Drawings as chunks; those that are the same among known ones are taken over.
+    fn made(
+        gpu: &Gpu,
+        drawn: Vec<(Order, Kind, Drawings)>,
+        known: Option<&BTreeMap<(Order, TileKey), Part>>,
+        colours: Option<&Colouring>,
+    ) -> Self {
         let tiles: Vec<((Order, TileKey), Kind, Drawing<Flat>)> = drawn
             .into_iter()
             .flat_map(|(order, kind, tiles)| tiles.into_iter().map(move |(tile, made)| ((order, tile), kind, made)))
             .collect();
-        let known = before.map(|(map, _)| &map.parts);
         let made = tiles.into_par_iter().filter_map(|(place, kind, drawing)| {
             let digest = digest(&drawing);
             let kept = known.and_then(|parts| parts.get(&place)).filter(|part| part.digest == digest);
@@ -124,11 +138,15 @@ impl MapScene {
             };
             Some((place, Part { kind, digest, chunk }))
         });
-        let mut parts: BTreeMap<(Order, TileKey), Part> = made.collect();
-        let kept = known.into_iter().flatten().filter(|(((layer, ..), _), _)| is_kept(*layer));
-        parts.extend(kept.map(|(place, part)| (*place, part.clone())));
+        let parts = made.collect();
         let legend = colours.map(|of| of.entries.iter().map(|entry| (entry.name.clone(), rgb(entry.colour))).collect());
-        Self { parts, legend: legend.unwrap_or_default(), colour_by }
+        Self { parts, legend: legend.unwrap_or_default(), colour_by: None }
+    }
+
+    /// The map of a city with colours of its streets that are known already.
+    pub fn coloured(gpu: &Gpu, city: &City, colours: Option<&Colouring>) -> Self {
+        let drawn = LayerKind::ALL.into_par_iter().flat_map_iter(|layer| drawings(city, layer, colours));
+        Self::made(gpu, drawn.collect(), None, colours)
     }
 
     /// The chunks of the layers that are shown, from below.
@@ -180,14 +198,35 @@ fn tile_of(drawings: &mut Drawings, place: Vec2) -> &mut Drawing<Flat> {
 
 /// Fills a polygon; one without triangles is left out.
 fn fill(drawings: &mut Drawings, polygon: &Polygon, colour: Colour) {
-    let (Some(first), Ok(triangles)) = (polygon.outer.first(), triangulate(polygon)) else { return };
-    let drawing = tile_of(drawings, first.metres());
+    let Some(first) = polygon.outer.first() else { return };
     let colour = opaque(colour);
+    if is_convex(polygon) {
+        // Most buildings are boxes: a fan needs no search for edges.
+        let drawing = tile_of(drawings, first.metres());
+        for pair in polygon.outer[1..].windows(2) {
+            for corner in [*first, pair[0], pair[1]] {
+                push(drawing, corner.metres(), colour);
+            }
+        }
+        return;
+    }
+    let Ok(triangles) = triangulate(polygon) else { return };
+    let drawing = tile_of(drawings, first.metres());
     for &triangle in &triangles.triangles {
         for corner in triangles.corners(triangle) {
             push(drawing, corner.metres(), colour);
         }
     }
+}
+
+/// Whether a polygon is one ring that turns left at every corner, and goes round once.
+fn is_convex(polygon: &Polygon) -> bool {
+    let ring = &polygon.outer;
+    let at = |i: usize| ring[i % ring.len()];
+    let turns_left = |i: usize| orient(at(i), at(i + 1), at(i + 2)) >= 0;
+    // A star turns left at every corner, too, but goes round twice: seen from the first corner it turns back.
+    let goes_on = |i: usize| orient(at(0), at(i), at(i + 1)) >= 0;
+    polygon.holes.is_empty() && ring.len() >= 3 && (0..ring.len()).all(turns_left) && (1..ring.len() - 1).all(goes_on)
 }
 
 /// Adds a corner, and its index.
@@ -349,4 +388,43 @@ pub(super) fn ground(gpu: &Gpu, city: &City) -> Ground {
     };
     let pixels: Vec<[u8; 4]> = (0..width * height).into_par_iter().map(pixel).collect();
     Ground::of(gpu, [width, height], &pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(corners: &[(i32, i32)]) -> Polygon {
+        Polygon { outer: corners.iter().map(|&(x, y)| Point::new(x, y)).collect(), holes: Vec::new() }
+    }
+
+    #[test]
+    fn boxes_are_convex_and_bays_stars_and_courts_are_not() {
+        let square = [(0, 0), (10, 0), (10, 10), (0, 10)];
+        assert!(is_convex(&ring(&square)));
+        assert!(is_convex(&ring(&[(0, 0), (5, 0), (10, 0), (10, 10)])));
+        assert!(!is_convex(&ring(&[(0, 0), (10, 0), (10, 10), (5, 2)])));
+        // Five points of a star: always to the left, twice around.
+        assert!(!is_convex(&ring(&[(0, 100), (-59, -81), (95, 31), (-95, 31), (59, -81)])));
+        let court = Polygon { holes: vec![ring(&[(2, 2), (2, 4), (4, 4), (4, 2)]).outer], ..ring(&square) };
+        assert!(!is_convex(&court));
+    }
+
+    #[test]
+    fn a_fan_covers_what_the_triangles_cover() {
+        let area = |polygon: &Polygon| {
+            let mut drawings = Drawings::new();
+            fill(&mut drawings, polygon, Colour(0, 0, 0));
+            let all = drawings.values().flat_map(|drawing| drawing.vertices.chunks(3));
+            let at = |corner: &Flat| Vec2::new(f64::from(corner.position[0]), f64::from(corner.position[1]));
+            let doubled = |c: &[Flat]| (at(&c[1]) - at(&c[0])).perp_dot(at(&c[2]) - at(&c[0]));
+            all.map(doubled).sum::<f64>() / 2.0
+        };
+        for corners in
+            [&[(0, 0), (9000, 100), (9100, 5000), (200, 5100)][..], &[(0, 0), (9000, 0), (9000, 9000), (4000, 900)]]
+        {
+            let polygon = ring(corners);
+            assert!((area(&polygon) - polygon.area()).abs() < 1e-3 * polygon.area(), "{corners:?}");
+        }
+    }
 }

@@ -83,7 +83,11 @@ fn are_same(a: &[(Surface, Arc<Mesh>)], b: &[(Surface, Arc<Mesh>)]) -> bool {
 /// Meshes in glTF's axes as one drawing in ours.
 fn drawing(tile: TileKey, meshes: &[(Surface, Arc<Mesh>)]) -> Drawing<Solid> {
     let mut drawing = Drawing::at(tile.origin());
-    for (surface, mesh) in meshes {
+    let is_fine = |surface: Surface| surface == Surface::Sidewalk;
+    let (coarse, fine): (Vec<_>, Vec<_>) = meshes.iter().partition(|(surface, _)| !is_fine(*surface));
+    let from_far = coarse.iter().map(|(_, mesh)| mesh.indices.len()).sum();
+    drawing.from_far = Some(from_far);
+    for (surface, mesh) in coarse.into_iter().chain(fine) {
         let [r, g, b] = linear(colour(*surface));
         let first = drawing.vertices.len() as u32;
         drawing.vertices.extend(mesh.positions.iter().zip(&mesh.normals).map(|(&[x, y, z], &[nx, ny, nz])| Solid {

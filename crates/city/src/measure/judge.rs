@@ -132,6 +132,24 @@ impl Ranges {
         Self::parse(&fs::read_to_string(path).map_err(|error| bad(path)(error.to_string(), CHECK))?, path, place)
     }
 
+    /// The ranges in a city's folder, `ranges.json`: those of the place that is called like the folder, or of the only one;
+    /// `None` where there is no such file.
+    ///
+    /// # Errors
+    /// As [`Ranges::read`].
+    pub fn of_folder(folder: &Path) -> Result<Option<Self>, MeasureError> {
+        let path = folder.join("ranges.json");
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let text = fs::read_to_string(&path).map_err(|error| bad(&path)(error.to_string(), CHECK))?;
+        let known: Map<String, Value> = serde_json::from_str(&text).unwrap_or_default();
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+        let own = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let only = known.keys().next().filter(|_| known.len() == 1 && !known.contains_key(&own));
+        Self::parse(&text, &path, only.unwrap_or(&own)).map(Some)
+    }
+
     fn parse(text: &str, path: &Path, place: &str) -> Result<Self, MeasureError> {
         let bad = bad(path);
         let file: Map<String, Value> = serde_json::from_str(text).map_err(|error| bad(error.to_string(), FORM))?;

@@ -2,6 +2,7 @@
 
 use super::MeasureError;
 use super::area::{place_inside, ring_area};
+use crate::Site;
 use crate::export::LayoutFile;
 use crate::export::layout_file::{Feature, Geometry, Properties};
 use crate::sources::{PixelMap, map_names};
@@ -46,6 +47,19 @@ pub struct Maps {
 }
 
 impl Maps {
+    /// Those that a site has; all of it is measured.
+    pub fn of_site(site: &Site) -> Self {
+        let map = |name: &str| site.map(name).map(|map| PixelMap::of_raster(map));
+        let mask = |name: &str| site.map(name).map(|map| PixelMap::of_mask(map));
+        Self {
+            area: None,
+            land: mask("land"),
+            parks: mask("parks"),
+            density: map("density"),
+            elevation: map("elevation"),
+        }
+    }
+
     /// Reads what a folder has of these maps; the area measured is `mask`, else the first of `borough`, `city`, `land`
     /// that is there.
     ///

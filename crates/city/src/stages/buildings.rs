@@ -5,7 +5,7 @@ use super::keep::{Rules, Silence};
 use super::land::{Land, inner_place};
 use super::{ByPlace, Context, Origins, shape};
 use crate::{BuildError, Stage};
-use buildings::{Building, Envelope, LEAST_HEIGHT, StartShape, extrude};
+use buildings::{Building, Envelope, LEAST_HEIGHT, Setbacks, StartShape, footprint, raise};
 use geom::{Digest, Id, Polygon};
 use layout::{Parcel, Use};
 use rayon::prelude::*;
@@ -65,9 +65,11 @@ fn raise_all(
             Some(digest.finish())
         });
         let make = || {
-            let raise = |parcel: &&Parcel| raise(context, land, ground, &patterns, parcel, quarter);
-            let (buildings, reads) = reading(|| parcels.iter().filter_map(raise).collect());
-            KeptBuildings { buildings, reads }
+            let choose = |parcel: &&Parcel| choose(context, land, ground, &patterns, parcel, quarter);
+            let (chosen, reads) = reading(|| parcels.iter().filter_map(choose).collect::<Vec<_>>());
+            let footprints = footprints(context, land.keys.get(block).copied().flatten(), &chosen);
+            let raised = chosen.iter().zip(footprints.iter()).filter_map(|(chosen, of)| chosen.raised(of.clone()?));
+            KeptBuildings { buildings: raised.collect(), reads }
         };
         if context.cancel.is_cancelled() {
             return Default::default();
@@ -82,8 +84,10 @@ fn raise_all(
     context.check()?;
     raised.into_iter().for_each(|kept| all.extend_from_slice(&kept.buildings));
     // What landmarks keep is told apart by all blocks together.
-    let of_landmarks =
-        on.landmarks.iter().filter_map(|(parcel, quarter)| raise(context, land, ground, &patterns, parcel, *quarter));
+    let of_landmarks = on.landmarks.iter().filter_map(|(parcel, quarter)| {
+        let chosen = choose(context, land, ground, &patterns, parcel, *quarter)?;
+        chosen.raised(footprint(&chosen.shape, &chosen.envelope)?)
+    });
     all.extend(of_landmarks);
     all.sort_by_key(|building| building.id);
     context.progress.end(Stage::Buildings, &format!("{} buildings", all.len()));
@@ -125,14 +129,47 @@ impl<'a> OnBlocks<'a> {
     }
 }
 
-fn raise(
+/// What a rule wants to stand on a parcel.
+struct Chosen {
+    shape: StartShape,
+    envelope: Envelope,
+    origin: u16,
+}
+
+impl Chosen {
+    fn raised(&self, footprint: Polygon) -> Option<Building> {
+        raise(&self.shape, &self.envelope, footprint).map(|building| Building { origin: self.origin, ..building })
+    }
+}
+
+/// The footprints of what was chosen for the parcels of a block. They know nothing of heights: who turns those alone, or
+/// writes a rule another way, need not wait for them again.
+fn footprints(context: &Context, block: Option<Id>, chosen: &[Chosen]) -> Arc<Vec<Option<Polygon>>> {
+    let key = block.map(|block| {
+        let mut digest = Digest::new("footprints of a block");
+        digest.id(block);
+        for Chosen { shape, envelope, .. } in chosen {
+            digest.id(shape.parcel);
+            let numbers = match envelope.setbacks {
+                Setbacks::Even(setback) => [setback, f64::NAN, f64::NAN, envelope.coverage],
+                Setbacks::Sides { front, side, rear } => [front, side, rear, envelope.coverage],
+            };
+            digest.bytes(&numbers.map(f64::to_le_bytes).concat());
+        }
+        digest.finish()
+    });
+    context.cache.part(key, || chosen.iter().map(|chosen| footprint(&chosen.shape, &chosen.envelope)).collect())
+}
+
+/// Asks the rule of a parcel.
+fn choose(
     context: &Context,
     land: &Land,
     ground: &Arc<CityGround>,
     patterns: &ByPlace<(BuildingPattern, u16)>,
     parcel: &Parcel,
     quarter: Option<Id>,
-) -> Option<Building> {
+) -> Option<Chosen> {
     let place = inner_place(&parcel.polygon);
     let (pattern, origin) = patterns.at(quarter, &context.district(place))?;
     let seed = context.seed(quarter).purpose("buildings").of(parcel.id);
@@ -152,7 +189,7 @@ fn raise(
     };
     // Whatever a rule asks for, the map of greatest heights holds.
     let envelope = Envelope { height: envelope.height.min(max_height), ..envelope };
-    extrude(&shape, &envelope).map(|building| Building { origin: *origin, ..building })
+    Some(Chosen { shape, envelope, origin: *origin })
 }
 
 /// Lowest and highest ground on an outline, metres.

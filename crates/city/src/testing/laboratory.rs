@@ -50,7 +50,7 @@ impl CityLaboratory {
 
 impl Laboratory for CityLaboratory {
     fn build(&self, plan: Plan) -> Result<Arc<dyn Town>, TownError> {
-        Ok(Arc::new(GrownTown::new(self.city(plan)?)))
+        Ok(Arc::new(GrownTown::new(&self.city(plan)?)))
     }
 }
 

@@ -8,16 +8,18 @@ mod town;
 pub use picture::picture;
 pub use snapshots::{Compared, Standing, accept};
 
+use crate::Built;
 use crate::check::{is_city, name_of, root_of, rule_folder, scripts_below};
 use crate::load::{LoadError, MapFolders, RuleFolder};
 use laboratory::CityLaboratory;
-use script::testing::{Bench, Coverage, Outcome, Test, TestFile, Trial, is_beside};
+use script::testing::{Bench, Coverage, Outcome, Test, TestFile, Town, Trial, is_beside};
 use script::{Fault, Host, Library, Source, Texts};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use town::GrownTown;
 
 /// Which tests to run, and how.
 #[derive(Clone, Debug)]
@@ -118,10 +120,7 @@ impl Suite {
     /// Adds the tests of one script, whose rules a host finds.
     pub fn add_script(&mut self, host: &Host, path: PathBuf, text: String) {
         let folder = path.parent().map_or_else(|| PathBuf::from("."), Path::to_path_buf);
-        let bench = Bench {
-            laboratory: Arc::new(CityLaboratory { folder: folder.clone() }),
-            sites: Arc::new(MapFolders(folder)),
-        };
+        let bench = bench_in(folder);
         let source = Source { text, path: path.display().to_string() };
         let name = name_of(&path);
         match host.tests_of(&name, &source, bench) {
@@ -180,8 +179,18 @@ impl Suite {
     }
 }
 
+/// What scripts in a folder work with.
+pub fn bench_in(folder: PathBuf) -> Bench {
+    Bench { laboratory: Arc::new(CityLaboratory { folder: folder.clone() }), sites: Arc::new(MapFolders(folder)) }
+}
+
+/// A built city, as tests and consoles ask it.
+pub fn town(built: &Built) -> Arc<dyn Town> {
+    Arc::new(GrownTown::new(built))
+}
+
 /// Stack of a thread that runs tests: what is left of it by a script's limits on depth holds a build.
-const STACK: usize = 16 << 20;
+pub const STACK: usize = 16 << 20;
 
 /// Does a piece of work for each of some things on so many threads (all processors when 0), and gives the results in order.
 ///

@@ -4,7 +4,6 @@ use crate::export::geojson::write_layout;
 use crate::export::layout_file::{self, parse_layout};
 use crate::export::map::{MapOptions, write_svg};
 use crate::measure::{Figure, Figures, MEASURES, Maps, measure, place_inside, ring_area};
-use crate::sources::PixelMap;
 use crate::{Built, Cache, City};
 use geom::{Id, Point, Polygon, Vec2};
 use layout::Use;
@@ -49,9 +48,9 @@ impl fmt::Debug for GrownTown {
 }
 
 impl GrownTown {
-    pub fn new(built: Built) -> Self {
+    pub fn new(built: &Built) -> Self {
         let faults = built.report.faults.iter().map(Fault::from).collect();
-        Self { city: built.city, faults, layout: OnceLock::new(), fields: OnceLock::new() }
+        Self { city: built.city.clone(), faults, layout: OnceLock::new(), fields: OnceLock::new() }
     }
 
     /// The layout as it is written, and what was measured in it.
@@ -60,21 +59,10 @@ impl GrownTown {
             let mut bytes = Vec::new();
             write_layout(&self.city, &mut bytes).expect("memory takes everything");
             let file = parse_layout(&bytes, Path::new("layout.geojson")).expect("what was written can be read");
-            let figures = measure(&file, &self.maps(), None).expect("a layout of our own says what measures need");
+            let figures = measure(&file, &Maps::of_site(&self.city.site), None)
+                .expect("a layout of our own says what measures need");
             (bytes, figures)
         })
-    }
-
-    fn maps(&self) -> Maps {
-        let map = |name: &str| self.city.site.map(name).map(|map| PixelMap::of_raster(map));
-        let mask = |name: &str| self.city.site.map(name).map(|map| PixelMap::of_mask(map));
-        Maps {
-            area: None,
-            land: mask("land"),
-            parks: mask("parks"),
-            density: map("density"),
-            elevation: map("elevation"),
-        }
     }
 
     /// The maps of the site as growth asks them.

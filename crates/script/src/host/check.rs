@@ -17,9 +17,11 @@ struct Called<'a> {
 pub(crate) fn unknown_words(ast: &AST, file: &str, words: &Vocabulary) -> Vec<Fault> {
     faults_of_calls(ast, |called| {
         let name = &called.call.name;
+        if !is_plain(called.call) || words.has_function(name) {
+            return None;
+        }
         let near = nearest(name, words.functions()).map(|name| format!("did you mean `{name}`?"));
-        let is_unknown = is_plain(called.call) && !words.has_function(name);
-        is_unknown.then(|| at(called.at, Fault::new(file, format!("there is no function `{name}`")).with_hint(near)))
+        Some(at(called.at, Fault::new(file, format!("there is no function `{name}`")).with_hint(near)))
     })
 }
 

@@ -10,7 +10,7 @@ use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
     LogicPackage, MoreStringPackage, Package,
 };
-use rhai::{AST, Engine, Position};
+use rhai::{AST, Engine, Position, Scope};
 
 /// How much a script may do in one go.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,9 @@ impl Limits {
     /// For a test: it looks through all streets and parcels of a town.
     pub const TEST: Self =
         Self { operations: 20_000_000, elements: 1_000_000, entries: 1_000_000, characters: 1_000_000 };
+    /// For a console: it lists all parcels of a city.
+    pub const CONSOLE: Self =
+        Self { operations: 50_000_000, elements: 20_000_000, entries: 20_000_000, characters: 200_000_000 };
 }
 
 /// Calls inside calls.
@@ -95,8 +98,13 @@ pub(crate) enum Closures {
 
 /// Reads a script, and refuses what the engine itself would let pass.
 pub(crate) fn compile(engine: &Engine, text: &str, closures: Closures) -> Result<AST, Refusal> {
+    compile_within(engine, &Scope::new(), text, closures)
+}
+
+/// The same of a script that knows the variables of a scope.
+pub(crate) fn compile_within(engine: &Engine, scope: &Scope, text: &str, closures: Closures) -> Result<AST, Refusal> {
     measure(text)?;
-    let ast = engine.compile(text)?;
+    let ast = engine.compile_with_scope(scope, text)?;
     refuse_captures(&ast, closures)?;
     Ok(ast)
 }

@@ -16,7 +16,7 @@ pub(crate) use check::{
     first_call, miscounted_calls, named_rules, properties, undeclared, unknown_options, unknown_properties,
     unknown_words,
 };
-pub(crate) use engine::{Closures, Limits, compile, engine, refuse_captures};
+pub(crate) use engine::{Closures, Limits, compile, compile_within, engine, refuse_captures};
 pub use library::{Embedded, LIBRARY, Library, Source, Texts};
 pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric, register as register_maths};

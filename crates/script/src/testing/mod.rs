@@ -6,6 +6,7 @@
 mod answer;
 mod ask;
 mod claim;
+mod console;
 mod coverage;
 mod desk;
 mod place;
@@ -13,6 +14,7 @@ mod standard;
 mod town;
 mod trial;
 
+pub use console::{Console, Reply};
 pub use coverage::{Branch, Coverage};
 pub use desk::Snapshot;
 pub(crate) use standard::{SIDE, features_of, standard_site};
@@ -198,20 +200,7 @@ impl TestFile {
     }
 
     fn engine(&self, desk: &Desk, around: &Surroundings) -> Engine {
-        let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
-        let mut engine = engine(Limits::TEST, resolver);
-        // A rule's own file declares parameters: here nobody asks for them.
-        register_params(&mut engine, &self.source.path, Declared::default());
-        words::register(&mut engine);
-        words::marks::register(&mut engine, &words::marks::Marks::default());
-        register_words(&mut engine, around.clone(), self.bench.sites.clone());
-        ask::register(&mut engine, desk, around, &self.rule);
-        town::register(&mut engine, desk, around, self.bench.laboratory.clone());
-        standard::register(&mut engine);
-        claim::register(&mut engine, desk);
-        trial::register(&mut engine);
-        desk.listen(&mut engine);
-        engine
+        engine_of(desk, around, &self.bench, &self.source.path, &self.rule, Limits::TEST)
     }
 
     fn fault_of(&self, error: EvalAltResult, engine: &Engine) -> Fault {
@@ -225,19 +214,27 @@ impl TestFile {
     }
 }
 
+/// An engine with the words of tests, for a script about a rule.
+fn engine_of(desk: &Desk, around: &Surroundings, bench: &Bench, path: &str, rule: &str, limits: Limits) -> Engine {
+    let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
+    let mut engine = engine(limits, resolver);
+    // A rule's own file declares parameters: here nobody asks for them.
+    register_params(&mut engine, path, Declared::default());
+    words::register(&mut engine);
+    words::marks::register(&mut engine, &words::marks::Marks::default());
+    register_words(&mut engine, around.clone(), bench.sites.clone());
+    ask::register(&mut engine, desk, around, rule);
+    town::register(&mut engine, desk, around, bench.laboratory.clone());
+    standard::register(&mut engine);
+    claim::register(&mut engine, desk);
+    trial::register(&mut engine);
+    desk.listen(&mut engine);
+    engine
+}
+
 /// An engine with all words of tests: for the reference.
 pub(crate) fn word_engine() -> Engine {
-    let source = Source { text: String::new(), path: String::new() };
-    let around = crate::Host::new(Vec::new()).around;
-    let file = TestFile {
-        source,
-        rule: String::new(),
-        ast: AST::empty(),
-        bench: Bench::bare(),
-        around: around.clone(),
-        tests: Vec::new(),
-    };
-    file.engine(&Desk::default(), &around)
+    engine_of(&Desk::default(), &crate::Host::new(Vec::new()).around, &Bench::bare(), "", "", Limits::TEST)
 }
 
 /// The type of towns in tests.

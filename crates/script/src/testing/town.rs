@@ -94,6 +94,10 @@ pub(super) struct TownHandle {
 }
 
 impl TownHandle {
+    pub fn new(town: Arc<dyn Town>, desk: Desk) -> Self {
+        Self { town, desk }
+    }
+
     /// All that can be compared.
     pub fn digest(&self) -> String {
         self.town.digest()
@@ -125,10 +129,13 @@ impl TownHandle {
     fn list(&self, kind: &str) -> Array {
         let features = self.town.features(kind);
         self.desk.read(&format!("the number of {kind}s"), &features.len().to_string());
-        let map = |feature: Feature| -> Map {
-            feature.into_iter().map(|(key, value)| (key.into(), value.to_dynamic())).collect()
-        };
-        features.into_iter().map(|feature| Dynamic::from(map(feature))).collect()
+        features.into_iter().map(of_feature).collect()
+    }
+
+    /// The feature of a kind with an id; `()` where there is none.
+    pub fn feature(&self, kind: &str, id: &str) -> Dynamic {
+        let is_it = |feature: &Feature| feature.contains(&("id".to_owned(), Datum::Text(id.to_owned())));
+        self.town.features(kind).into_iter().find(is_it).map_or(Dynamic::UNIT, of_feature)
     }
 
     fn distance(&self, map: &Dynamic, class: Option<&str>) -> Result<f64, Complaint> {
@@ -139,6 +146,12 @@ impl TownHandle {
         self.desk.read(&format!("the distance from {name}"), &format!("{} m", answer::number(metres)));
         Ok(metres)
     }
+}
+
+/// A feature as a map.
+fn of_feature(feature: Feature) -> Dynamic {
+    let map: Map = feature.into_iter().map(|(key, value)| (key.into(), value.to_dynamic())).collect();
+    map.into()
 }
 
 pub(super) fn register(engine: &mut Engine, desk: &Desk, around: &Surroundings, laboratory: Arc<dyn Laboratory>) {
@@ -219,7 +232,7 @@ impl Grower {
         // A rule that fails in the town fails its test, where the rule failed.
         match town.faults().into_iter().find(|fault| fault.severity == Severity::Error) {
             Some(fault) => Err(Complaint::of(fault)),
-            None => Ok(TownHandle { town, desk: self.desk.clone() }),
+            None => Ok(TownHandle::new(town, self.desk.clone())),
         }
     }
 

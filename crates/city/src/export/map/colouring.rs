@@ -1,10 +1,11 @@
 //! Streets coloured by what they are or by the ground under them, with the legend that says so.
 
 use super::canvas::Colour;
-use crate::City;
+use crate::{City, Trace};
 use geom::{Bounds, Polygon, Vec2};
 use std::collections::BTreeMap;
 use streets::runs::Run;
+use streets::{NodeId, StreetId};
 
 /// What the streets of a map may be coloured by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -152,6 +153,32 @@ impl Colouring {
         Self { heading: "streets by class", entries, stretches: city.runs.iter().map(whole).collect() }
     }
 
+    /// Colours by the derivation step in which streets grew (PM01 figure 9); those that were there before are "given".
+    pub fn of_growth(city: &City, trace: &Trace) -> Self {
+        let (by_node, by_street) = times(trace);
+        let time = |run: &Run| -> Option<u32> {
+            let ids = run.nodes.iter().map(|&node| city.graph.node(node).id);
+            let known: Vec<u32> = ids.filter_map(|id| by_node.get(&(run.street, id)).copied()).collect();
+            known.into_iter().min().or_else(|| by_street.get(&run.street).copied())
+        };
+        let last = f64::from(trace.last_step().max(1));
+        let bounds = [1.0, 2.0, 3.0, 4.0, 5.0].map(|i| (last * i / 6.0).ceil() as u32);
+        let place = |step: u32| bounds.iter().filter(|&&bound| step > bound).count();
+        let from = |i: usize| if i == 0 { 1 } else { bounds[i - 1] + 1 };
+        let to = |i: usize| bounds.get(i).copied().unwrap_or(trace.last_step());
+        let mut entries: Vec<Entry> = FEW_TO_MANY
+            .into_iter()
+            .enumerate()
+            .map(|(i, colour)| Entry { name: format!("steps {} – {}", from(i), to(i)), colour })
+            .collect();
+        entries.push(Entry { name: "given".into(), colour: OTHER });
+        let whole = |run: &Run| {
+            let entry = time(run).map_or(FEW_TO_MANY.len(), place);
+            vec![Stretch { entry, line: line_of(city, run) }]
+        };
+        Self { heading: "streets by growth", stretches: city.runs.iter().map(whole).collect(), entries }
+    }
+
     fn by_density(city: &City) -> Self {
         let map = city.site.map("density");
         let most =
@@ -197,6 +224,22 @@ impl Colouring {
         });
         Self { heading, stretches: stretches.collect(), entries }
     }
+}
+
+/// The steps at which streets reached their nodes, and at which they began.
+type Times = (BTreeMap<(StreetId, NodeId), u32>, BTreeMap<StreetId, u32>);
+
+fn times(trace: &Trace) -> Times {
+    let (mut by_node, mut by_street) = Times::default();
+    for (start, stage) in trace.stages() {
+        for accepted in stage.logs().into_iter().flat_map(|log| &log.accepted) {
+            let (street, step) = (accepted.lineage.street, start.saturating_add(accepted.lineage.time));
+            by_node.entry((street, accepted.end_id())).or_insert(step);
+            let first = by_street.entry(street).or_insert(step);
+            *first = step.min(*first);
+        }
+    }
+    (by_node, by_street)
 }
 
 /// The line of a run in metres.

@@ -1,7 +1,5 @@
 //! Every declared parameter of every shipped rule, as a widget.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use eframe::egui::{self, Key, Role};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;

@@ -1,8 +1,6 @@
 //! Pictures without a window, held against golden ones, with Vulkan in software where there is no other.
 //!
-//! `UPDATE_SNAPSHOTS=1 cargo test --workspace --test pictures` takes new ones over, to be looked at.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! `UPDATE_SNAPSHOTS=1 cargo test --workspace --test window pictures` takes new ones over, to be looked at.
 
 use city::{Built, Cache, Cancel, Settings, Silent, build, load};
 use egui_kittest::{SnapshotOptions, try_image_snapshot_options};
@@ -111,6 +109,85 @@ fn cities_look_as_they_did() {
                 let golden = format!("{name}_{kind}_{part}");
                 wrong.extend(try_image_snapshot_options(&drawn, golden, &options).err().map(|error| error.to_string()));
             }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Pictures side by side, so many in a row.
+fn sheet(pictures: &[RgbaImage], columns: usize) -> RgbaImage {
+    let [width, height] = SMALL;
+    let rows = pictures.len().div_ceil(columns) as u32;
+    let mut sheet = RgbaImage::new(width * columns as u32, height * rows);
+    for (i, picture) in pictures.iter().enumerate() {
+        let [x, y] = [i % columns, i / columns].map(|at| at as u32);
+        image::imageops::replace(&mut sheet, picture, i64::from(x * width), i64::from(y * height));
+    }
+    sheet
+}
+
+/// Size of a picture on a sheet.
+const SMALL: [u32; 2] = [216, 144];
+
+/// Every rendering option and layer the other way round, every colouring and every overlay: a sheet for each city and view.
+#[test]
+fn options_layers_colours_and_overlays_look_as_they_did() {
+    let Some(gpu) = device() else { return };
+    let mut wrong = Vec::new();
+    for name in ["lattice", "krems", "patterns"] {
+        let built = built(name);
+        let site = &built.city.site;
+        let scene = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
+        let ([_, map], [_, near]) = (on_map(&built), in_space(&built));
+        let small = |camera| Picture { size: SMALL, ..wish(camera) };
+        let overlays = |camera| {
+            let over = move |map: &String| Picture { overlay: Some((map.clone(), 0.6)), ..small(camera) };
+            site.maps.keys().map(over).collect::<Vec<_>>()
+        };
+        let looks: [fn(&mut Look); 5] = [
+            |_| {},
+            |look| look.shadows = false,
+            |look| look.silhouettes = 0.0,
+            |look| look.sun = (90.0, 20.0),
+            |look| look.detail = 10.0,
+        ];
+        let mut models: Vec<Picture> = looks
+            .into_iter()
+            .map(|change| {
+                let mut wish = small(near);
+                change(&mut wish.look);
+                wish
+            })
+            .collect();
+        models.extend((0..viewer::shown::MODEL_PARTS.len()).map(|part| {
+            let mut wish = small(near);
+            wish.layers.model[part] = false;
+            wish
+        }));
+        models.extend(overlays(near));
+        let mut maps: Vec<Picture> = vec![small(map)];
+        maps.extend(LayerKind::ALL.map(|layer| {
+            let mut wish = small(map);
+            if !wish.layers.map.remove(&layer) {
+                wish.layers.map.insert(layer);
+            }
+            wish
+        }));
+        let mut without_ground = small(map);
+        without_ground.layers.ground = false;
+        maps.push(without_ground);
+        maps.extend(overlays(map));
+        let draw = |wish: &Picture| of_scene(&gpu, &scene, &built.city, wish).unwrap();
+        let mut drawn: Vec<RgbaImage> = maps.iter().map(draw).collect();
+        let has_map = |by: &By| by.map().is_none_or(|map| site.map(map).is_some());
+        for by in [By::Class, By::Rule, By::District, By::Density, By::Grade].into_iter().filter(has_map) {
+            drawn.push(picture(&gpu, &built, &Picture { colour_by: Some(by), ..small(map) }).unwrap());
+        }
+        for (kind, drawn) in [("map", drawn), ("model", models.iter().map(draw).collect())] {
+            let options = SnapshotOptions::new().max_failed_pixels(SILHOUETTES);
+            let golden = format!("{name}_{kind}_options");
+            let told = try_image_snapshot_options(&sheet(&drawn, 5), golden, &options);
+            wrong.extend(told.err().map(|error| error.to_string()));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -1,7 +1,5 @@
 //! The worker: the newest order wins, and nothing is built twice.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use city::{Cache, Changes};
 use std::path::Path;
 use std::sync::Arc;
