@@ -105,7 +105,7 @@ fn no_building_is_higher_than_its_map_allows() {
     assert!(outside.len() > 3000 && outside == new_outside, "land outside the window has changed");
     assert_eq!(inside.len(), new_inside.len());
     assert_ne!(inside, new_inside);
-    for building in &after.buildings {
+    for building in after.buildings.iter() {
         for (a, b) in building.footprint.edges() {
             let places = (0..40).map(|k| a.metres().lerp(b.metres(), f64::from(k) / 40.0));
             let least = places.map(|place| limits.nearest(place)).fold(f64::INFINITY, f64::min);

@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use viewer::render::{Camera, Gpu, Look, OrbitCamera, Renderer, Target};
-use viewer::scene::{MapScene, ModelScene};
+use viewer::scene::{MapScene, ModelScene, Scene};
 use viewer::shown::{Layers, shown};
+use viewer::sight::Sight;
 use viewer::worker::{News, Order, Ready, Worker};
 
 /// Saves of each rule.
@@ -25,18 +26,24 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Waits for the next city.
-fn next(worker: &Worker) -> Arc<Ready> {
+/// Waits for the next city; how long after a moment what is in sight of it was there.
+fn next_since(worker: &Worker, begin: Instant) -> (Arc<Ready>, Duration) {
+    let mut glimpsed = None;
     loop {
         for news in worker.news() {
             match news {
-                News::Ready(ready) => return ready,
+                News::Glimpse(_) => glimpsed = Some(begin.elapsed()),
+                News::Ready(ready) => return (ready, glimpsed.unwrap_or_else(|| begin.elapsed())),
                 News::Failed(failure) => panic!("{failure:?}"),
                 _ => {}
             }
         }
         std::thread::sleep(Duration::from_millis(1));
     }
+}
+
+fn next(worker: &Worker) -> Arc<Ready> {
+    next_since(worker, Instant::now()).0
 }
 
 fn seconds(times: &[Duration]) -> String {
@@ -67,7 +74,8 @@ fn main() {
     worker.order(order(Changes::default()));
     let ready = next(&worker);
     println!("{:32} {}", "first picture, nothing kept", seconds(&[begin.elapsed()]));
-    frames(&gpu, &ready);
+    frames(&gpu, ready.scene.as_ref().unwrap(), ready.built.city.buildings.len());
+    large(&gpu, &root);
     let mut changes = Changes::default();
     let quarters = &ready.built.city.quarters;
     let largest = quarters.iter().max_by(|a, b| a.polygon.area().total_cmp(&b.polygon.area())).unwrap().id;
@@ -77,33 +85,49 @@ fn main() {
     changes.lay(format!("quarter:{largest}").parse().unwrap(), "mine");
     worker.order(order(changes));
     next(&worker);
+    // As somebody does who works on a rule: most of a district in sight.
+    let middle = quarters.iter().find(|quarter| quarter.id == largest).map(|quarter| quarter.polygon.centroid());
+    let middle = middle.unwrap();
+    let reach = geom::Vec2::new(700.0, 500.0);
+    let near = Sight::of(middle - reach, middle + reach, ready.scene.as_ref().unwrap().extent);
+    assert!(near.is_some());
     let edit = |name: &str, file: PathBuf, change: &dyn Fn(&str, usize) -> String| {
         let text = fs::read_to_string(&file).unwrap();
-        let times: Vec<Duration> = (0..SAVES)
+        let times: Vec<(Duration, Duration, Duration)> = (0..SAVES)
             .map(|i| {
-                std::thread::sleep(Duration::from_millis(300));
-                worker.news().for_each(drop);
-                let begin = Instant::now();
-                let changed = change(&text, i);
-                assert_ne!(changed, text, "{name}: nothing is another");
-                fs::write(&file, changed).unwrap();
-                next(&worker);
-                begin.elapsed()
+                let save = |sight: Option<Sight>, i: usize| {
+                    worker.look(sight);
+                    std::thread::sleep(Duration::from_millis(500));
+                    worker.news().for_each(drop);
+                    let begin = Instant::now();
+                    let changed = change(&text, i);
+                    assert_ne!(changed, text, "{name}: nothing is another");
+                    fs::write(&file, changed).unwrap();
+                    let (_, glimpsed) = next_since(&worker, begin);
+                    (glimpsed, begin.elapsed())
+                };
+                let (_, whole) = save(None, 2 * i);
+                let (glimpsed, after) = save(near, 2 * i + 1);
+                (whole, glimpsed, after)
             })
             .collect();
-        println!("{name:32} {}", seconds(&times));
+        let pick =
+            |of: fn(&(Duration, Duration, Duration)) -> Duration| seconds(&times.iter().map(of).collect::<Vec<_>>());
+        println!("{name:32} {}", pick(|times| times.0));
+        println!("{:32} {}, then all {}", "  a part in sight", pick(|times| times.1), pick(|times| times.2));
     };
     let remark = |text: &str, i: usize| format!("{text}\n// {i}\n");
     // What is built changes with these.
     let higher = |text: &str, i: usize| text.replacen("max(round(", &format!("max({i} + round("), 1);
-    let wider = |text: &str, i: usize| text.replacen("setback: p.setback", &format!("setback: p.setback + 0.{i}"), 1);
+    let wider =
+        |text: &str, i: usize| text.replacen("setback: p.setback", &format!("setback: p.setback + 0.{:02}", i + 1), 1);
     let building = city.join("buildings/extruded.rhai");
     edit("building rule, a remark", building.clone(), &remark);
     edit("building rule, heights", building.clone(), &higher);
     edit("building rule, setbacks", building, &wider);
     edit("parcel rule, a remark", city.join("parcels/island.rhai"), &remark);
     edit("parcel rule, sizes", city.join("parcels/island.rhai"), &|text, i| {
-        text.replacen("most_area: p.most_area", &format!("most_area: p.most_area * 1.0{}", i + 1), 1)
+        text.replacen("most_area: p.most_area", &format!("most_area: p.most_area * 1.0{:02}", i + 1), 1)
     });
     edit("street rule of one quarter", city.join("streets/mine.rhai"), &|text, i| {
         text.replacen("tip.ahead(", &format!("tip.ahead({i} + "), 1)
@@ -145,9 +169,16 @@ fn steps(gpu: &Gpu, city: &Path) {
     fs::write(&file, text).unwrap();
 }
 
+/// Frames of a city with more than 100,000 buildings, all in sight.
+fn large(gpu: &Gpu, root: &Path) {
+    let sources = load(&root.join("scripts/two_rivers"), None).unwrap().read().unwrap();
+    let built = build(&sources, Settings::default(), &Silent, &Cancel::default()).unwrap();
+    let scene = Scene::of(gpu, &built.city, &Cache::none(), None, None);
+    frames(gpu, &scene, built.city.buildings.len());
+}
+
 /// What frames cost on the processor, while the camera turns.
-fn frames(gpu: &Gpu, ready: &Ready) {
-    let scene = ready.scene.as_ref().unwrap();
+fn frames(gpu: &Gpu, scene: &Scene, buildings: usize) {
     let target = Target::new(gpu, [1280, 800]).unwrap();
     let mut renderer = Renderer::new(gpu.clone());
     let mut camera = OrbitCamera::over(scene.extent, 0.0);
@@ -172,6 +203,6 @@ fn frames(gpu: &Gpu, ready: &Ready) {
         middle.draws,
         middle.primitives,
         middle.bytes.div_ceil(1024),
-        ready.built.city.buildings.len()
+        buildings
     );
 }

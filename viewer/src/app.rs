@@ -605,6 +605,7 @@ impl eframe::App for App {
             let mut docks = Docks { state: &mut self.state, render: frame.wgpu_render_state() };
             CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.docks.ui(&mut docks, ui));
         }
+        self.state.tell_sight();
         self.show_palette(ui);
         self.show_path(ui);
         self.show_closing(ui);

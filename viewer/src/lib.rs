@@ -18,6 +18,7 @@ pub mod render;
 pub mod scene;
 pub mod screenshot;
 pub mod shown;
+pub mod sight;
 pub mod state;
 pub mod task;
 pub mod timeline;

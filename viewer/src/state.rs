@@ -8,7 +8,8 @@ use crate::panels::source::Place;
 use crate::preferences::{Bookmark, Preferences};
 use crate::recovery::Recovery;
 use crate::render::Gpu;
-use crate::scene::{By, ColourBy, Element};
+use crate::scene::{By, ColourBy, Element, Scene};
+use crate::sight::Sight;
 use crate::task::Task;
 use crate::timeline::Timeline;
 use crate::viewport::Viewports;
@@ -101,6 +102,10 @@ pub struct State {
     pub city: Option<PathBuf>,
     /// The last one that was finished.
     pub ready: Option<Arc<Ready>>,
+    /// What is in sight of the next one, which is under way.
+    pub glimpse: Option<Arc<Scene>>,
+    /// How many such there were.
+    pub glimpses: u64,
     /// Why there is no newer one.
     pub failure: Option<Arc<Failure>>,
     /// The stage of the build under way, with its share done.
@@ -194,6 +199,8 @@ impl State {
             rules,
             city: None,
             ready: None,
+            glimpse: None,
+            glimpses: 0,
             failure: None,
             under: None,
             history: History::of(Changes::default()),
@@ -247,9 +254,13 @@ impl State {
             match one {
                 News::Under(stage, share) => self.under = Some((stage, share)),
                 News::Ready(ready) => self.show(ready),
+                News::Glimpse(scene) => {
+                    self.glimpses += 1;
+                    self.glimpse = Some(scene);
+                }
                 News::Presets(presets) => self.gallery.follow(&presets),
                 News::Failed(failure) => {
-                    self.under = None;
+                    (self.under, self.glimpse) = (None, None);
                     self.failure = Some(failure);
                 }
                 News::Unwatched(what) => self.message = Some(what),
@@ -274,7 +285,7 @@ impl State {
 
     fn show(&mut self, ready: Arc<Ready>) {
         let is_first = self.ready.is_none();
-        (self.under, self.failure) = (None, None);
+        (self.under, self.failure, self.glimpse) = (None, None, None);
         let keeps_views = std::mem::take(&mut self.keeps_views);
         if let Some(scene) = &ready.scene
             && is_first
@@ -430,6 +441,15 @@ impl State {
         self.remember();
     }
 
+    /// Tells the worker what was in sight of the last frame.
+    pub fn tell_sight(&mut self) {
+        let city = self.ready.as_ref().and_then(|ready| ready.scene.as_ref()).map(|scene| scene.extent);
+        let sight = city.zip(self.views.take_sight()).and_then(|(city, (low, high))| Sight::of(low, high, city));
+        if let Ok(worker) = &self.worker {
+            worker.look(sight);
+        }
+    }
+
     /// Wakes the window.
     pub fn wake(&self) -> Wake {
         self.wake.clone()
@@ -473,6 +493,7 @@ impl State {
             }
         }
         (self.ready, self.failure, self.selected, self.message) = (None, None, None, None);
+        self.glimpse = None;
         (self.target, self.scope, self.overlay.0) = (PresetTarget::City, None, None);
         self.preferences.opened(path);
         self.remember();

@@ -62,6 +62,8 @@ pub struct Viewports {
     overlay: Option<(String, Overlay)>,
     /// What the map and the model are to show as soon as their room is known; the model with the height of the ground.
     to_fit: (Option<Bounds>, Option<(Bounds, f64)>),
+    /// Least and greatest place of the ground in sight.
+    sight: Option<(Vec2, Vec2)>,
 }
 
 /// A place of an open view before anything is known of its city.
@@ -77,6 +79,7 @@ impl Viewports {
             renderer: gpu.map(Renderer::new),
             overlay: None,
             to_fit: (None, None),
+            sight: None,
         }
     }
 
@@ -123,6 +126,26 @@ impl Viewports {
         self.to_fit = (None, None);
     }
 
+    /// The ground that was in sight since this was asked last.
+    pub fn take_sight(&mut self) -> Option<(Vec2, Vec2)> {
+        self.sight.take()
+    }
+
+    /// Takes in what a view of so many pixels sees.
+    fn see(&mut self, which: View, pixels: [f32; 2]) {
+        let corners = [[0.0, 0.0], [pixels[0], 0.0], [0.0, pixels[1]], pixels];
+        let place = |corner: [f32; 2]| match which {
+            View::Map => self.map.camera.place(corner, pixels),
+            View::Model => self.model.camera.ground(corner, pixels),
+        };
+        let places = corners.map(place);
+        let (mut low, mut high) = self.sight.unwrap_or((places[0], places[0]));
+        for place in places {
+            (low, high) = (low.min(place), high.max(place));
+        }
+        self.sight = Some((low, high));
+    }
+
     /// What the last frame of a view cost.
     pub fn cost(&self, view: View) -> Cost {
         match view {
@@ -166,6 +189,8 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         );
         return;
     };
+    let glimpse = state.glimpse.clone();
+    let scene = glimpse.as_deref().unwrap_or(scene);
     let painted = paint(state, render, scene, &ready.built.city, which, pixels.map(|side| side as u32));
     match painted {
         Ok(texture) => {
@@ -174,6 +199,7 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         }
         Err(error) => state.message = Some(error),
     }
+    state.views.see(which, pixels);
     if which == View::Map {
         marks(ui, state, &ready.built.report, rect, pixels, scale);
         outline(ui, state, &ready.built.city, rect, pixels, scale);
@@ -288,7 +314,7 @@ fn paint(
     which: View,
     size: [u32; 2],
 ) -> Result<TextureId, String> {
-    let Viewports { map, model, look, renderer, overlay, to_fit: _ } = &mut state.views;
+    let Viewports { map, model, look, renderer, overlay, to_fit: _, sight: _ } = &mut state.views;
     let Some(renderer) = renderer else { return Err("no graphics adapter".into()) };
     let (camera, surface) = match which {
         View::Map => (Camera::Map(map.camera), &mut map.surface),
@@ -301,8 +327,11 @@ fn paint(
     let grown = state.growth.done.as_ref().filter(|_| state.by_growth).and_then(|grown| grown.as_ref().ok());
     let layers = &state.preferences.layers;
     let grows = grown.is_some();
-    let key =
-        format!("{round:?} {step:?} {grows} {camera:?} {look:?} {size:?} {layers:?} {wanted:?} {}", state.overlay.1);
+    let glimpse = state.glimpse.as_ref().map(|_| state.glimpses);
+    let key = format!(
+        "{round:?} {glimpse:?} {step:?} {grows} {camera:?} {look:?} {size:?} {layers:?} {wanted:?} {}",
+        state.overlay.1
+    );
     if let (Some(texture), Some(painted)) = (surface.texture, &surface.painted)
         && *painted == key
     {

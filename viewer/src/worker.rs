@@ -2,9 +2,10 @@
 
 use crate::render::Gpu;
 use crate::scene::{ColourBy, Scene};
+use crate::sight::Sight;
 use city::{
-    BuildError, Built, Cache, Cancel, Changes, FaultReport, LoadError, Loaded, Progress, Settings, Sources, Stage,
-    Watch, build_with, load_as_written,
+    BuildError, Built, Cache, Cancel, Changes, FaultReport, LoadError, Loaded, Progress, Settings, Silent, Sources,
+    Stage, Watch, build_with, load_as_written,
 };
 use geom::{Digest, Id};
 use script::{Preset, Texts};
@@ -34,6 +35,8 @@ pub enum News {
     Under(&'static str, Option<f32>),
     /// A city is ready.
     Ready(Arc<Ready>),
+    /// What is in sight of the next city, which is still under way; elsewhere the last one stays.
+    Glimpse(Arc<Scene>),
     /// The presets that can be laid on it, each with the digest of all that it says.
     Presets(Vec<(Preset, Id)>),
     /// There is none: the last one stays.
@@ -110,6 +113,8 @@ struct Shared {
     orders: Mutex<Orders>,
     building: Mutex<Option<Cancel>>,
     is_over: AtomicBool,
+    /// What is in sight, where that is a small part.
+    sight: Mutex<Option<Sight>>,
     /// Orders whose city was told of.
     done: AtomicU64,
 }
@@ -155,6 +160,11 @@ impl Worker {
         if let Some(building) = &*lock(&self.shared.building) {
             building.cancel();
         }
+    }
+
+    /// Tells what is in sight, where that is a small part: it is made first.
+    pub fn look(&self, sight: Option<Sight>) {
+        *lock(&self.shared.sight) = sight;
     }
 
     /// What was told since.
@@ -264,13 +274,37 @@ impl Bench {
         }
     }
 
+    /// Makes what is in sight, and tells it.
+    fn glimpse(
+        &self,
+        gpu: &Gpu,
+        sources: &Sources,
+        order: &Order,
+        (before, sight): (&Scene, Sight),
+        cancel: &Cancel,
+    ) -> Result<(), BuildError> {
+        let settings = Settings { within: Some(sight.bounds()), ..Settings::default() };
+        let built = build_with(sources, settings, &self.cache, &Silent, cancel)?;
+        let scene = Scene::of_part(gpu, &built.city, &self.cache, order.colour_by, Some(before), Some(sight));
+        self.teller.tell(News::Glimpse(scene.into()));
+        Ok(())
+    }
+
     /// Tells the presets on a thread of its own: all their rules are read for them, and the next save must not wait for that.
     fn tell_presets(&self, ready: &Arc<Ready>) {
         let (host, teller) = (ready.as_written.host.clone(), self.teller.clone());
         let (round, last) = (ready.round, self.last_told.clone());
         last.store(round, Ordering::SeqCst);
         let is_over = self.shared.clone();
+        let is_first = round == 1;
         let tell = move || {
+            // Who saves a rule will save again soon: the gallery can wait until nothing has come for a while.
+            for _ in 0..if is_first { 0 } else { 20 } {
+                if last.load(Ordering::SeqCst) != round {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(50));
+            }
             let mut presets = Vec::new();
             for name in host.preset_names() {
                 // Where there is a newer city, its presets are told.
@@ -306,7 +340,15 @@ impl Bench {
         let sources = changed.read_with(&self.cache).map_err(failed)?;
         let settings = Settings::default();
         let progress = Told { teller: self.teller.clone(), parts: Mutex::default() };
-        let built = self.watch.during(cancel, || build_with(&sources, settings, &self.cache, &progress, cancel));
+        let sight = *lock(&self.shared.sight);
+        let built = self.watch.during(cancel, || {
+            if let (Some(sight), Some(gpu), Some(before)) =
+                (sight, &self.gpu, before.and_then(|ready| ready.scene.as_ref()))
+            {
+                self.glimpse(gpu, &sources, order, (before, sight), cancel)?;
+            }
+            build_with(&sources, settings, &self.cache, &progress, cancel)
+        });
         let built = match built {
             Ok(built) => built,
             Err(BuildError::Cancelled) => return Ok(None),

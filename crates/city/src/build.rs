@@ -8,6 +8,7 @@ use crate::stages::land::{self, Land};
 use crate::stages::streets::Network;
 use crate::stages::{self, Context, Outlines};
 use crate::{Area, Cache, City, Digests, Report, Sources, Trace};
+use geom::Bounds;
 use script::Faults;
 use std::sync::Arc;
 
@@ -32,6 +33,9 @@ pub struct Settings {
     pub until: Until,
     /// Whether to keep what growth did, with what it refused: [`Built::trace`].
     pub traces: bool,
+    /// Only blocks that reach into these bounds, with what stands on them, where only a part is wanted first; all streets
+    /// even so. What lies there is what the whole city has there, and is kept for it.
+    pub within: Option<Bounds>,
 }
 
 /// Why there is no city.
@@ -95,7 +99,8 @@ pub fn build_with(
     cancel: &Cancel,
 ) -> Result<Built, BuildError> {
     let built = with_threads(settings.threads, || run_stages(sources, settings, cache, progress, cancel))?;
-    if !cancel.is_cancelled() {
+    // A part of a city does not use all that the city will.
+    if !cancel.is_cancelled() && settings.within.is_none() {
         cache.finish_build();
     }
     built
@@ -121,7 +126,8 @@ fn run_stages(
 ) -> Result<Built, BuildError> {
     let faults = Arc::new(Faults::default());
     let keys = (cache.is_on() && !settings.traces).then(|| Keys::of(sources, cache));
-    let context = stages::Context { sources, faults: &faults, progress, cancel, traces: settings.traces, cache, keys };
+    let Settings { traces, within, .. } = settings;
+    let context = stages::Context { sources, faults: &faults, progress, cancel, traces, cache, keys, within };
     let mut report = Report::new(sources);
     let printed = sources.plan.notes();
     sources.warnings.iter().for_each(|warning| report.warn(warning.clone()));
@@ -154,7 +160,7 @@ fn run_stages(
         digests: keys.map_or_else(Digests::default, |keys| Digests {
             site: Some(keys.site),
             streets: Some(keys.streets),
-            land: Some(keys.land).filter(|_| settings.until > Until::Streets),
+            land: Some(keys.land).filter(|_| settings.until > Until::Streets && within.is_none()),
         }),
     };
     report.finish(&city, &faults, land.trimmed, land.open);
@@ -171,7 +177,7 @@ fn derive_land(
     until: Until,
 ) -> Result<(Arc<Land>, Buildings), BuildError> {
     let graph = &network.graph;
-    let none = || Buildings { all: Vec::new(), origins: network.origins.clone() };
+    let none = || Buildings { all: Arc::default(), origins: network.origins.clone() };
     if until == Until::Streets {
         return Ok((Arc::new(land::derive_blocks(context, graph, outlines)?), none()));
     }

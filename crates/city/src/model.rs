@@ -49,7 +49,7 @@ pub struct City {
     /// Where it stands.
     pub site: Arc<Site>,
     /// Its streets.
-    pub graph: StreetGraph,
+    pub graph: Arc<StreetGraph>,
     /// What claims, parcels and buildings refer to by `origin`: rule or input names.
     pub origins: Vec<String>,
     /// Names of streets that have one.
@@ -63,11 +63,11 @@ pub struct City {
     /// Landmarks.
     pub landmarks: Vec<Landmark>,
     /// Blocks.
-    pub blocks: Vec<Block>,
+    pub blocks: Arc<Vec<Block>>,
     /// Parcels; empty when built until streets.
-    pub parcels: Vec<Parcel>,
+    pub parcels: Arc<Vec<Parcel>>,
     /// Buildings; empty when built until streets or parcels.
-    pub buildings: Vec<Building>,
+    pub buildings: Arc<Vec<Building>>,
     /// What parts of it were made from, where that was found out: so that parts of its files can be kept.
     pub digests: Digests,
 }

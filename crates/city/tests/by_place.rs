@@ -104,11 +104,11 @@ fn land(city: &City) -> [(f64, usize); 3] {
         }
     };
     let mut sums = [(0.0, 0usize, 0usize); 3];
-    for parcel in &city.parcels {
+    for parcel in city.parcels.iter() {
         let own = &mut sums[part(parcel.polygon.centroid().x)];
         *own = (own.0 + parcel.polygon.area(), own.1 + 1, own.2);
     }
-    for building in &city.buildings {
+    for building in city.buildings.iter() {
         sums[part(building.footprint.centroid().x)].2 += 1;
     }
     sums.map(|(area, parcels, buildings)| (area / parcels.max(1) as f64, buildings))

@@ -40,7 +40,7 @@ fn tall(folder: &Path, lay: &[&str]) -> BTreeMap<(&'static str, bool), usize> {
         city::build(&sources, city::Settings::default(), &city::Silent, &city::Cancel::default()).expect("a city");
     assert!(!built.report.has_faults(), "{:?}", built.report.faults);
     let mut counts = BTreeMap::new();
-    for building in &built.city.buildings {
+    for building in built.city.buildings.iter() {
         let side = if building.footprint.centroid().x < 400.0 { "west" } else { "east" };
         *counts.entry((side, (building.height - 22.4).abs() < 0.01)).or_default() += 1;
     }

@@ -4,6 +4,7 @@ use crate::region::{Piece, body_pieces, land_between};
 use crate::{Block, Body, Joint};
 use geom::predicates::{dot, orient};
 use geom::{Bounds, Id, Point, Polygon, boolean};
+use rayon::prelude::*;
 use streets::faces::{Face, Faces, Side};
 use streets::{HalfKey, NodeKey, SegmentKey, StreetGraph};
 
@@ -22,16 +23,40 @@ pub struct BlockSource<'a> {
     faces: &'a Faces,
     /// By block face: the id of its quarter.
     quarter_of: Vec<Option<Id>>,
+    onward: Onward,
     /// How far any right-of-way reaches from its centre line, mitres included, in LSB.
     reach: i32,
+}
+
+/// By half: the half that goes on straight over a crossing that a street of a quarter made on a rim, where there is one.
+/// Whether a crossing is one takes a hash, and every block beside it asks.
+struct Onward(Vec<Option<HalfKey>>);
+
+impl Onward {
+    fn of(graph: &StreetGraph) -> Self {
+        let mut onward = vec![None; graph.half_capacity()];
+        for (key, _) in graph.segments_unsorted() {
+            for half in [key.forward(), key.backward()] {
+                onward[half.index()] = next_of(graph, half);
+            }
+        }
+        Self(onward)
+    }
+
+    fn next(&self, half: HalfKey) -> Option<HalfKey> {
+        self.0.get(half.index()).copied().flatten()
+    }
 }
 
 impl<'a> BlockSource<'a> {
     /// Prepares what all blocks share, in linear time.
     pub fn new(graph: &'a StreetGraph, faces: &'a Faces, quarters: &'a Faces) -> Self {
-        let reach = graph.segments_unsorted().filter(|(_, segment)| segment.level == 0);
-        let reach = reach.map(|(key, _)| reach_of(&segment_body(graph, key, &|_| true))).max().unwrap_or(0);
-        Self { graph, faces, quarter_of: quarters_of_blocks(faces, quarters), reach }
+        let onward = Onward::of(graph);
+        let on_ground = graph.segments_unsorted().filter(|(_, segment)| segment.level == 0);
+        let keys: Vec<SegmentKey> = on_ground.map(|(key, _)| key).collect();
+        let reach = |&key: &SegmentKey| reach_of(&segment_body(graph, &onward, key, &|_| true));
+        let reach = keys.par_iter().map(reach).max().unwrap_or(0);
+        Self { graph, faces, quarter_of: quarters_of_blocks(faces, quarters), onward, reach }
     }
 
     /// The block of a face, by its position among the faces. Panics when there is no such face.
@@ -45,7 +70,9 @@ impl<'a> BlockSource<'a> {
         let mut streets: Vec<_> = bodies.iter().map(|body: &Body| body.street).collect();
         streets.sort_unstable();
         streets.dedup();
-        bodies.extend(self.by_id(found.antennas.clone()).map(|key| segment_body(self.graph, key, &|_| true)));
+        bodies.extend(
+            self.by_id(found.antennas.clone()).map(|key| segment_body(self.graph, &self.onward, key, &|_| true)),
+        );
         let mut block = Block { id: found.id, quarter: self.quarter_of[face], polygon, streets, bodies };
         let foreign = self.foreign_bodies(face as u32, &block);
         block.bodies.extend(foreign);
@@ -69,7 +96,8 @@ impl<'a> BlockSource<'a> {
         let mut near = self.graph.segments_near(bounds.grown(self.reach));
         near.retain(is_foreign);
         let is_corner = |at: Point| block.polygon.rings().any(|ring| ring.contains(&at));
-        let mut bodies: Vec<Body> = near.into_iter().map(|key| segment_body(self.graph, key, &is_corner)).collect();
+        let mut bodies: Vec<Body> =
+            near.into_iter().map(|key| segment_body(self.graph, &self.onward, key, &is_corner)).collect();
         bodies.sort_unstable_by_key(|body| (body.from, body.to, body.street));
         bodies.dedup();
         bodies.retain(|body| body_pieces(body).any(|piece| may_reach(&piece, block)));
@@ -117,26 +145,26 @@ fn side_bodies(sides: &[Side]) -> impl Iterator<Item = Body> {
 
 /// The body of a segment, from its lesser end to its greater; on a rim of quarters that of its whole stretch, up to the
 /// places where it must end.
-fn segment_body(graph: &StreetGraph, key: SegmentKey, must_end: &dyn Fn(Point) -> bool) -> Body {
+fn segment_body(graph: &StreetGraph, onward: &Onward, key: SegmentKey, must_end: &dyn Fn(Point) -> bool) -> Body {
     let forward = key.forward();
     let half = if graph.at(graph.origin(forward)) < graph.at(graph.target(forward)) { forward } else { forward.twin() };
-    let (start, end) = (last_of(graph, half.twin(), must_end).twin(), last_of(graph, half, must_end));
+    let (start, end) = (last_of(graph, onward, half.twin(), must_end).twin(), last_of(graph, onward, half, must_end));
     let segment = graph.segment(key);
     Body {
         street: segment.leading().street,
         from: graph.at(graph.origin(start)),
         to: graph.at(graph.target(end)),
         half_width: segment.half_width(),
-        before: joint(graph, graph.origin(start), start),
-        after: joint(graph, graph.target(end), end.twin()),
+        before: joint(graph, onward, graph.origin(start), start),
+        after: joint(graph, onward, graph.target(end), end.twin()),
     }
 }
 
 /// The last half of the straight stretch of a rim that a half leads along: on over the crossings that streets of quarters
 /// make with it. Their rounding would move land across the rim by a unit.
-fn last_of(graph: &StreetGraph, half: HalfKey, must_end: &dyn Fn(Point) -> bool) -> HalfKey {
+fn last_of(graph: &StreetGraph, onward: &Onward, half: HalfKey, must_end: &dyn Fn(Point) -> bool) -> HalfKey {
     let mut last = half;
-    while let Some(next) = next_of(graph, last).filter(|_| !must_end(graph.at(graph.target(last)))) {
+    while let Some(next) = onward.next(last).filter(|_| !must_end(graph.at(graph.target(last)))) {
         last = next;
         if last == half {
             break;
@@ -162,14 +190,14 @@ fn next_of(graph: &StreetGraph, half: HalfKey) -> Option<HalfKey> {
 
 /// How a segment ends at a node, given its half that leaves the node: what gap there is between it and its neighbours
 /// is where two consecutive arms stand more than half a turn apart.
-fn joint(graph: &StreetGraph, node: NodeKey, half: HalfKey) -> Joint {
+fn joint(graph: &StreetGraph, onward: &Onward, node: NodeKey, half: HalfKey) -> Joint {
     if graph.degree(node) == 1 {
         return Joint::Capped;
     }
     let arms: Vec<HalfKey> = graph.halves_ccw(node).iter().copied().filter(|&arm| graph.level(arm) == 0).collect();
     let Some(i) = arms.iter().position(|&arm| arm == half) else { return Joint::Flat };
     let (left, right) = (arms[(i + 1) % arms.len()], arms[(i + arms.len() - 1) % arms.len()]);
-    let far = |arm: HalfKey| graph.at(graph.target(last_of(graph, arm, &|_| false)));
+    let far = |arm: HalfKey| graph.at(graph.target(last_of(graph, onward, arm, &|_| false)));
     let (at, ahead) = (graph.at(node), far(half));
     // The next arm counter-clockwise lies right of this one, or the next clockwise one left of it: a reflex gap.
     if left != half && orient(at, ahead, far(left)) < 0 {

@@ -126,6 +126,14 @@ impl OrbitCamera {
         (perspective(aspect, near, far) * looking(eye, self.forward(), DVec3::Z)).as_mat4()
     }
 
+    /// The ground under a pixel, where it lies at the height of the target; far off where the pixel shows the sky.
+    pub fn ground(&self, pixel: [f32; 2], pixels: [f32; 2]) -> Vec2 {
+        let (from, way) = self.ray(pixel, pixels);
+        let farthest = self.distance * 20.0;
+        let along = if way.z < -1e-6 { ((from.z - self.target.z) / -way.z).min(farthest) } else { farthest };
+        (from + way * along).truncate()
+    }
+
     /// The ray through a pixel: where it starts and its way.
     pub fn ray(&self, [x, y]: [f32; 2], [width, height]: [f32; 2]) -> (Vec3, Vec3) {
         let (forward, aspect) = (self.forward(), f64::from(width) / f64::from(height.max(1.0)));

@@ -40,12 +40,14 @@ pub struct Drawing<V> {
     pub indices: Vec<u32>,
     /// How many of them are drawn from far off; all when none.
     pub from_far: Option<usize>,
+    /// Whether it throws shadows that one sees.
+    pub casts: bool,
 }
 
 impl<V> Drawing<V> {
     /// Nothing yet.
     pub fn at(corner: Vec2) -> Self {
-        Self { corner, vertices: Vec::new(), indices: Vec::new(), from_far: None }
+        Self { corner, vertices: Vec::new(), indices: Vec::new(), from_far: None, casts: true }
     }
 }
 
@@ -60,6 +62,8 @@ pub struct Chunk {
     pub count: u32,
     /// Those of them that are drawn from far off.
     pub from_far: u32,
+    /// Whether it throws shadows.
+    pub casts: bool,
     /// Bytes that were uploaded for it.
     pub bytes: u64,
     pub(super) vertices: wgpu::Buffer,
@@ -87,6 +91,7 @@ impl Chunk {
             bounds: (corner + low, corner + high),
             count: u32::try_from(drawing.indices.len()).ok()?,
             from_far: u32::try_from(drawing.from_far.unwrap_or(drawing.indices.len())).ok()?,
+            casts: drawing.casts,
             bytes: (vertices.len() + indices.len()) as u64,
             vertices: buffer(vertices, wgpu::BufferUsages::VERTEX),
             indices: buffer(indices, wgpu::BufferUsages::INDEX),

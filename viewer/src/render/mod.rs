@@ -293,7 +293,7 @@ impl Renderer {
         cost.culled = shown.chunks.len() - seen.len();
         // In the shadows that fall into the picture, things outside it count.
         let casting: Vec<&Chunk> = if has_shadows {
-            let solid = shown.chunks.iter().filter(|(_, kind)| *kind == Kind::Solid);
+            let solid = shown.chunks.iter().filter(|(chunk, kind)| *kind == Kind::Solid && chunk.casts);
             solid.map(|(chunk, _)| *chunk).filter(|chunk| is_seen(chunk, origin, &to_sun)).collect()
         } else {
             Vec::new()
@@ -335,6 +335,7 @@ impl Renderer {
             let mut pass = encoder.begin_render_pass(&target::depth_pass(&self.shadows));
             pass.set_pipeline(&self.pipelines.shadow);
             pass.set_bind_group(0, &bindings, &[]);
+            pass.set_vertex_buffer(1, self.corners.slice(..));
             for (i, chunk) in casting.iter().enumerate() {
                 self.draw_chunk(&mut pass, chunk, chunk.from_far, 1 + seen.len() + i, cost);
             }
@@ -342,11 +343,11 @@ impl Renderer {
         let bindings = self.pipelines.bind_view(device, &self.view, overlay, &self.shadows);
         let paint = |pass: &mut wgpu::RenderPass| {
             pass.set_bind_group(0, &bindings, &[]);
+            pass.set_vertex_buffer(1, self.corners.slice(..));
             if let Some(ground) = shown.ground {
                 pass.set_pipeline(&self.pipelines.ground);
                 pass.set_bind_group(1, &self.pipelines.bind_texture(device, &ground.texture), &[]);
                 pass.set_vertex_buffer(0, self.site_quad(shown).slice(..));
-                pass.set_vertex_buffer(1, self.corners.slice(..));
                 pass.draw(0..6, 0..1);
                 cost.draws += 1;
                 cost.primitives += 2;
@@ -374,7 +375,6 @@ impl Renderer {
     fn draw_chunk(&self, pass: &mut wgpu::RenderPass, chunk: &Chunk, count: u32, place: usize, cost: &mut Cost) {
         let place = place as u32;
         pass.set_vertex_buffer(0, chunk.vertices.slice(..));
-        pass.set_vertex_buffer(1, self.corners.slice(..));
         pass.set_index_buffer(chunk.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..count, 0, place..place + 1);
         cost.draws += 1;

@@ -2,6 +2,7 @@
 
 use super::are_same;
 use crate::render::{Chunk, ChunkRef, Drawing, Flat, Gpu, Ground, Kind, linear};
+use crate::sight::Sight;
 use city::export::glb::TileKey;
 use city::export::map::style;
 use city::export::map::{Colour, Colouring};
@@ -97,6 +98,18 @@ impl MapScene {
     /// The map of a city. Of a map before, with what its city was made from, layers are taken over that are made from the
     /// same, and chunks in which nothing changed.
     pub fn of(gpu: &Gpu, city: &City, colour_by: ColourBy, before: Option<(&Self, Digests)>) -> Self {
+        Self::of_part(gpu, city, colour_by, before, None)
+    }
+
+    /// The same of what is in sight; elsewhere all stays as it was before.
+    pub(super) fn of_part(
+        gpu: &Gpu,
+        city: &City,
+        colour_by: ColourBy,
+        before: Option<(&Self, Digests)>,
+        sight: Option<Sight>,
+    ) -> Self {
+        let is_wanted = |tile: TileKey| sight.is_none_or(|sight| sight.contains(tile));
         let colouring = colour_by.map(|by| Colouring::of(city, by));
         let colours = colouring.as_ref();
         let is_kept = |layer: LayerKind| {
@@ -112,8 +125,13 @@ impl MapScene {
             .flat_map_iter(|layer| drawings(city, layer, colours))
             .collect();
         let known = before.map(|(map, _)| &map.parts);
-        let mut made = Self::made(gpu, drawn, known, colours);
-        let kept = known.into_iter().flatten().filter(|(((layer, ..), _), _)| is_kept(*layer));
+        let wanted = drawn.into_iter().map(|(order, kind, mut drawings)| {
+            drawings.retain(|tile, _| is_wanted(*tile));
+            (order, kind, drawings)
+        });
+        let mut made = Self::made(gpu, wanted.collect(), known, colours);
+        let stays = |layer: LayerKind, tile: TileKey| is_kept(layer) || !is_wanted(tile);
+        let kept = known.into_iter().flatten().filter(|(((layer, ..), tile), _)| stays(*layer, *tile));
         made.parts.extend(kept.map(|(place, part)| (*place, part.clone())));
         Self { colour_by, ..made }
     }
@@ -250,7 +268,7 @@ fn blocks(city: &City) -> Drawings {
 
 fn green(city: &City) -> Drawings {
     let mut drawings = Drawings::new();
-    for parcel in &city.parcels {
+    for parcel in city.parcels.iter() {
         let colour = match parcel.usage {
             Use::Open => style::OPEN,
             Use::Park => style::PARK,
@@ -278,7 +296,7 @@ fn parcels(city: &City) -> Drawings {
 
 fn buildings(city: &City) -> Drawings {
     let mut drawings = Drawings::new();
-    for building in &city.buildings {
+    for building in city.buildings.iter() {
         fill(&mut drawings, &building.footprint, style::tone_colour(style::tone(building.height)));
     }
     drawings

@@ -9,6 +9,7 @@ pub use model::ModelScene;
 pub use pick::{Element, ElementKind, at, near_ray};
 
 use crate::render::{Gpu, Ground};
+use crate::sight::Sight;
 use city::{Cache, City, Digests};
 use geom::{Bounds, Id};
 use std::sync::Arc;
@@ -33,10 +34,22 @@ pub struct Scene {
 impl Scene {
     /// The scene of a city; chunks that are the same in `before` are taken from there.
     pub fn of(gpu: &Gpu, city: &City, cache: &Cache, colour_by: ColourBy, before: Option<&Self>) -> Self {
+        Self::of_part(gpu, city, cache, colour_by, before, None)
+    }
+
+    /// The same of a city of which only what is in sight was made: elsewhere all stays as it was before.
+    pub fn of_part(
+        gpu: &Gpu,
+        city: &City,
+        cache: &Cache,
+        colour_by: ColourBy,
+        before: Option<&Self>,
+        sight: Option<Sight>,
+    ) -> Self {
         let model = city::export::glb::model(city, cache);
         let (map, model) = rayon::join(
-            || MapScene::of(gpu, city, colour_by, before.map(|scene| (&scene.map, scene.digests))),
-            || ModelScene::of(gpu, &model, before.map(|scene| &scene.model)),
+            || MapScene::of_part(gpu, city, colour_by, before.map(|scene| (&scene.map, scene.digests)), sight),
+            || ModelScene::of_part(gpu, &model, before.map(|scene| &scene.model), sight),
         );
         let kept = before.filter(|scene| are_same(scene.digests.site, city.digests.site));
         Self {

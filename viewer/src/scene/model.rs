@@ -1,6 +1,7 @@
 //! The model of a city as chunks: one for each tile and group.
 
 use crate::render::{Chunk, ChunkRef, Drawing, Gpu, Solid, linear};
+use crate::sight::Sight;
 use city::export::glb::{Group, Model, Surface, Tile, TileKey, colour};
 use geom::Mesh;
 use rayon::prelude::*;
@@ -26,9 +27,16 @@ type Meshes = Vec<(Surface, Arc<Mesh>)>;
 impl ModelScene {
     /// The scene of a model; chunks of the same meshes are taken from `before`.
     pub fn of(gpu: &Gpu, model: &Model, before: Option<&Self>) -> Self {
+        Self::of_part(gpu, model, before, None)
+    }
+
+    /// The same of what is in sight; elsewhere all stays as it was before.
+    pub(super) fn of_part(gpu: &Gpu, model: &Model, before: Option<&Self>, sight: Option<Sight>) -> Self {
+        let is_wanted = |tile: TileKey| sight.is_none_or(|sight| sight.contains(tile));
         let parts: Vec<((TileKey, Group), Meshes)> = model
             .tiles
             .iter()
+            .filter(|(tile, _)| is_wanted(**tile))
             .flat_map(|(&key, tile)| groups(tile).into_iter().map(move |(g, m)| ((key, g), m)))
             .collect();
         let made = parts.into_par_iter().filter_map(|(place, meshes)| {
@@ -36,11 +44,14 @@ impl ModelScene {
                 before.and_then(|before| before.tiles.get(&place)).filter(|part| are_same(&part.meshes, &meshes));
             let chunk = match kept {
                 Some(part) => part.chunk.clone(),
-                None => Arc::new(Chunk::of(gpu, &drawing(place.0, &meshes))?),
+                None => Arc::new(Chunk::of(gpu, &drawing(place, &meshes))?),
             };
             Some((place, Part { meshes, chunk }))
         });
-        Self { tiles: made.collect() }
+        let mut tiles: BTreeMap<(TileKey, Group), Part> = made.collect();
+        let elsewhere = before.into_iter().flat_map(|before| &before.tiles).filter(|((tile, _), _)| !is_wanted(*tile));
+        tiles.extend(elsewhere.map(|(place, part)| (*place, part.clone())));
+        Self { tiles }
     }
 
     /// The chunks of a group.
@@ -81,8 +92,10 @@ fn are_same(a: &[(Surface, Arc<Mesh>)], b: &[(Surface, Arc<Mesh>)]) -> bool {
 }
 
 /// Meshes in glTF's axes as one drawing in ours.
-fn drawing(tile: TileKey, meshes: &[(Surface, Arc<Mesh>)]) -> Drawing<Solid> {
+fn drawing((tile, group): (TileKey, Group), meshes: &[(Surface, Arc<Mesh>)]) -> Drawing<Solid> {
     let mut drawing = Drawing::at(tile.origin());
+    // What lies flat on the ground throws none.
+    drawing.casts = matches!(group, Group::Terrain | Group::Buildings);
     let is_fine = |surface: Surface| surface == Surface::Sidewalk;
     let (coarse, fine): (Vec<_>, Vec<_>) = meshes.iter().partition(|(surface, _)| !is_fine(*surface));
     let from_far = coarse.iter().map(|(_, mesh)| mesh.indices.len()).sum();

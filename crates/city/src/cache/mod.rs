@@ -141,7 +141,10 @@ impl Cache {
         if let Some(mut kept) = self.lock() {
             kept.builds += 1;
             let oldest = kept.builds.saturating_sub(KEPT_BUILDS);
-            kept.results.retain(|_, entry| entry.used >= oldest);
+            let forgotten: Vec<Entry> =
+                kept.results.extract_if(.., |_, entry| entry.used < oldest).map(|(_, e)| e).collect();
+            // To take a whole city apart takes a while, and nobody needs to wait for it.
+            let _ = std::thread::Builder::new().name("forget".into()).spawn(move || drop(forgotten));
             kept.rasters.retain(|(raster, _)| Arc::strong_count(raster) > 1);
         }
     }

@@ -130,6 +130,7 @@ fn built(
         threads: usize::from(arguments.threads),
         until: arguments.until,
         traces: !arguments.steps.is_empty() || arguments.trace.is_some(),
+        within: None,
     };
     build_with(sources, settings, cache, bars, cancel).map_err(|error| match error {
         BuildError::Cancelled => Failure::new(Status::Interrupted, error.to_string()),

@@ -332,7 +332,7 @@ mod tests {
         assert_eq!(of("crossing").len(), geojson::crossings(&city).len());
         let positions =
             |ring: &[geom::Point]| ring.iter().chain(ring.first()).map(|p| p.metres().to_array()).collect::<Vec<_>>();
-        for (feature, parcel) in of("parcel").iter().zip(&city.parcels) {
+        for (feature, parcel) in of("parcel").iter().zip(city.parcels.iter()) {
             assert_eq!(feature.properties.id, Some(parcel.id.to_string()));
             assert_eq!(feature.geometry, layout_file::Geometry::Polygon(vec![positions(&parcel.polygon.outer)]));
         }
@@ -340,7 +340,7 @@ mod tests {
             assert_eq!(feature.properties.width, Some(f64::from(run.half_width) / 512.0));
             assert_eq!((feature.properties.bridge, feature.properties.level), (run.level > 0, f64::from(run.level)));
         }
-        for (feature, building) in of("building").iter().zip(&city.buildings) {
+        for (feature, building) in of("building").iter().zip(city.buildings.iter()) {
             assert!((feature.properties.height.unwrap() - building.height).abs() < 1e-9);
             assert_eq!(feature.properties.parcel, Some(building.parcel.to_string()));
         }

@@ -49,16 +49,16 @@ impl Maker {
             name: "Sampleton".into(),
             seed: 1625,
             site: Arc::new(site),
-            graph,
+            graph: graph.into(),
             origins: vec!["streets/grid".into(), "buildings/extruded".into()],
             street_names: BTreeMap::new(),
             runs: Vec::new(),
             quarters: Vec::new(),
             districts: Vec::new(),
             landmarks: Vec::new(),
-            blocks: Vec::new(),
-            parcels: Vec::new(),
-            buildings: Vec::new(),
+            blocks: Arc::default(),
+            parcels: Arc::default(),
+            buildings: Arc::default(),
             digests: crate::Digests::default(),
         };
         Self { n, city, keys: BTreeMap::new() }
@@ -90,7 +90,8 @@ impl Maker {
         let claim = Claim { street: street(name), class, half_width, origin: 0, forward: true };
         let level = i8::from(is_bridge);
         let new = NewSegment { from: at(self.n, a), to: at(self.n, b), from_id, to_id, claim, level };
-        let path = self.city.graph.insert(&new, Crowding::Refuse).expect("the sample is planar").path;
+        let path =
+            Arc::make_mut(&mut self.city.graph).insert(&new, Crowding::Refuse).expect("the sample is planar").path;
         self.keys.insert(a, path[0]);
         self.keys.insert(b, path[path.len() - 1]);
         let id = SegmentId::between(street(name), from_id, to_id, level).0;
@@ -106,9 +107,9 @@ impl Maker {
             }
         }
         let quarter = |b: &Block| Area { id: b.id.child(7), name: None, polygon: b.polygon.clone() };
-        self.city.blocks.sort_by_key(|block| block.id);
-        self.city.parcels.sort_by_key(|parcel| parcel.id);
-        self.city.buildings.sort_by_key(|building| building.id);
+        Arc::make_mut(&mut self.city.blocks).sort_by_key(|block| block.id);
+        Arc::make_mut(&mut self.city.parcels).sort_by_key(|parcel| parcel.id);
+        Arc::make_mut(&mut self.city.buildings).sort_by_key(|building| building.id);
         self.city.quarters = self.city.blocks.iter().take(1).map(quarter).collect();
         let all = Polygon::rectangle(self.city.site.bounds);
         self.city.districts = vec![Area { id: Id::of_text("district", "all"), name: Some("All".into()), polygon: all }];
@@ -122,7 +123,13 @@ impl Maker {
         let mut sorted = streets.to_vec();
         sorted.sort_unstable();
         let polygon = Polygon::new(corners.to_vec(), Vec::new());
-        self.city.blocks.push(Block { id, quarter: None, polygon, streets: sorted, bodies: Vec::new() });
+        Arc::make_mut(&mut self.city.blocks).push(Block {
+            id,
+            quarter: None,
+            polygon,
+            streets: sorted,
+            bodies: Vec::new(),
+        });
         // A corner `inset` from the sides keeps clear of the widest street.
         let inner = |u: f64, v: f64| {
             let [a, b, c, d] = corners.map(Point::metres);
@@ -150,9 +157,9 @@ impl Maker {
             let height = 6.0 + (id.0 % 97) as f64 * if id.0.is_multiple_of(7) { 2.0 } else { 0.3 };
             let building = id.child(99);
             let building = Building { id: building, parcel: id, footprint, height, ground: (low, high), origin: 1 };
-            self.city.buildings.push(building);
+            Arc::make_mut(&mut self.city.buildings).push(building);
         }
-        self.city.parcels.push(Parcel {
+        Arc::make_mut(&mut self.city.parcels).push(Parcel {
             id,
             block,
             sides: vec![None; polygon.outer.len()],

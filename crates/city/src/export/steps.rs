@@ -3,6 +3,7 @@
 use super::map::{self, MapError};
 use super::{MapOptions, with_credits};
 use crate::{Cache, City, Trace};
+use std::sync::Arc;
 use streets::runs::runs;
 
 /// The name of a step's map without its ending.
@@ -41,15 +42,15 @@ pub fn city_after(city: &City, trace: &Trace, step: u32) -> City {
         credits: city.credits.clone(),
         site: city.site.clone(),
         runs: runs(&graph),
-        graph,
+        graph: graph.into(),
         origins: city.origins.clone(),
         street_names: city.street_names.clone(),
         quarters: Vec::new(),
         districts: city.districts.clone(),
         landmarks: city.landmarks.clone(),
-        blocks: Vec::new(),
-        parcels: Vec::new(),
-        buildings: Vec::new(),
+        blocks: Arc::default(),
+        parcels: Arc::default(),
+        buildings: Arc::default(),
         digests: crate::Digests::default(),
     }
 }

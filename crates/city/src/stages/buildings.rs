@@ -18,7 +18,7 @@ use std::sync::Arc;
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Buildings {
     /// By id.
-    pub all: Vec<Building>,
+    pub all: Arc<Vec<Building>>,
     /// Those of streets, then those of buildings.
     pub origins: Origins,
 }
@@ -30,7 +30,11 @@ pub(crate) fn derive(
     ground: &Arc<CityGround>,
     origins: &Origins,
 ) -> Result<Arc<Buildings>, BuildError> {
-    context.stage(|keys| keys.buildings, |silence| raise_all(context, land, ground, origins.clone(), silence))
+    let raise = |silence: &Silence| raise_all(context, land, ground, origins.clone(), silence);
+    match context.within {
+        Some(_) => raise(&Silence::default()).map(Arc::new),
+        None => context.stage(|keys| keys.buildings, raise),
+    }
 }
 
 fn raise_all(
@@ -47,7 +51,7 @@ fn raise_all(
         plans.flat_map(|plan| plan.buildings.iter().chain(plan.district_buildings.values())).collect();
     if rules.is_empty() {
         origins.of("plain");
-        return Ok(Buildings { all: Vec::new(), origins });
+        return Ok(Buildings { all: Arc::default(), origins });
     }
     let numbers: BTreeMap<&str, u16> = rules.into_iter().map(|rule| (rule.name(), origins.of(rule.name()))).collect();
     let patterns = ByPlace::of(context, "buildings", |rule| {
@@ -91,7 +95,7 @@ fn raise_all(
     all.extend(of_landmarks);
     all.sort_by_key(|building| building.id);
     context.progress.end(Stage::Buildings, &format!("{} buildings", all.len()));
-    Ok(Buildings { all, origins })
+    Ok(Buildings { all: all.into(), origins })
 }
 
 /// The buildings of a block with what their rules asked about streets.

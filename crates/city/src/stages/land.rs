@@ -5,7 +5,7 @@ use super::keep::{Rules, Silence};
 use super::{ByPlace, Context, Outlines, landmarks, shape};
 use crate::{BuildError, Landmark, Site, Stage, cache};
 use geom::polygon::min_area_box;
-use geom::{Digest, Id, Point, Polygon, Seed, Vec2};
+use geom::{Bounds, Digest, Id, Point, Polygon, Seed, Vec2};
 use layout::{Block, BlockSource, Parcel, Region, Use, buildable, longest_side, part_grounds, recursive};
 use rayon::prelude::*;
 use script::{AssignPattern, BlockContext, ParcelChoice, ParcelPattern, RuleKind};
@@ -17,8 +17,8 @@ use streets::StreetGraph;
 /// Blocks and parcels of a city, by id.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Land {
-    pub blocks: Vec<Block>,
-    pub parcels: Vec<Parcel>,
+    pub blocks: Arc<Vec<Block>>,
+    pub parcels: Arc<Vec<Parcel>>,
     /// Twice the area in LSB² that neither parcels nor rights-of-way cover: slivers.
     pub trimmed: i128,
     /// How many parcels stay open.
@@ -41,10 +41,17 @@ impl Land {
 pub(crate) fn derive_blocks(context: &Context, graph: &StreetGraph, outlines: &Outlines) -> Result<Land, BuildError> {
     let source = BlockSource::new(graph, &outlines.blocks, &outlines.quarters);
     let block = |face| (!context.cancel.is_cancelled()).then(|| source.block(face));
-    let blocks: Option<Vec<Block>> = (0..outlines.blocks.faces.len()).into_par_iter().map(block).collect();
+    let faces = &outlines.blocks.faces;
+    let is_wanted = |&face: &usize| {
+        context.within.is_none_or(|bounds| {
+            let corners = faces[face].sides.iter().map(|side| side.from);
+            Bounds::of(corners).is_some_and(|around| around.overlaps(&bounds))
+        })
+    };
+    let blocks: Option<Vec<Block>> = (0..faces.len()).into_par_iter().filter(is_wanted).map(block).collect();
     let blocks = blocks.ok_or(BuildError::Cancelled)?;
     let landmarks = landmarks::settle(&context.sources.plan.landmarks, Vec::new()).0;
-    Ok(Land { blocks, parcels: Vec::new(), trimmed: 0, open: 0, landmarks, keys: Vec::new() })
+    Ok(Land { blocks: blocks.into(), parcels: Arc::default(), trimmed: 0, open: 0, landmarks, keys: Vec::new() })
 }
 
 /// Derives blocks and parcels.
@@ -54,13 +61,15 @@ pub(crate) fn derive(
     outlines: &Outlines,
     ground: &Arc<CityGround>,
 ) -> Result<Arc<Land>, BuildError> {
-    context.stage(
-        |keys| keys.land,
-        |silence| {
-            let land = derive_blocks(context, graph, outlines)?;
-            divide_all(context, land, ground, silence)
-        },
-    )
+    let divide = |silence: &Silence| {
+        let land = derive_blocks(context, graph, outlines)?;
+        divide_all(context, land, ground, silence)
+    };
+    match context.within {
+        // A part is kept block by block.
+        Some(_) => divide(&Silence::default()).map(Arc::new),
+        None => context.stage(|keys| keys.land, divide),
+    }
 }
 
 fn divide_all(
@@ -94,18 +103,19 @@ fn divide_all(
     };
     let divided: Vec<(Option<Id>, Arc<KeptBlock>)> = land.blocks.par_iter().map(divide).collect();
     context.check()?;
-    let mut parts = Vec::new();
+    let (mut parcels, mut parts) = (Vec::new(), Vec::new());
     for (key, kept) in divided {
         let KeptBlock { divided, .. } = Arc::unwrap_or_clone(kept);
         land.keys.push(key);
-        land.parcels.extend(divided.parcels);
+        parcels.extend(divided.parcels);
         parts.extend(divided.landmarks);
         land.trimmed += divided.trimmed;
     }
     let (settled, of_landmarks) = landmarks::settle(&plan.landmarks, parts);
     land.landmarks = settled;
-    land.parcels.extend(of_landmarks);
-    land.parcels.sort_by_key(|parcel| parcel.id);
+    parcels.extend(of_landmarks);
+    parcels.sort_by_key(|parcel| parcel.id);
+    land.parcels = parcels.into();
     land.open = land.parcels.iter().filter(|parcel| parcel.usage != Use::Built).count();
     let outcome = format!("{} parcels in {} blocks", land.parcels.len(), land.blocks.len());
     context.progress.end(Stage::Parcels, &outcome);

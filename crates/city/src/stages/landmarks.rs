@@ -72,7 +72,7 @@ fn lay_around(network: &mut Network, landmark: &Plan, (class, width): (Class, f6
     for i in 0..ring.len() {
         let (from, to) = (ring[i], ring[(i + 1) % ring.len()]);
         let new = NewSegment { from, to, from_id: node(i), to_id: node(i + 1), claim, level: 0 };
-        if let Err(refusal) = network.graph.insert(&new, Crowding::Join) {
+        if let Err(refusal) = Arc::make_mut(&mut network.graph).insert(&new, Crowding::Join) {
             network.report.warn(format!("street around landmark `{}`, piece {}: {refusal}", landmark.name, i + 1));
         }
     }

@@ -14,7 +14,7 @@ use crate::{BuildError, Cache, Sources};
 use ::streets::StreetGraph;
 use ::streets::faces::{FaceKind, Faces};
 use ::streets::runs::{Run, runs};
-use geom::{Digest, Id, Seed, Vec2};
+use geom::{Bounds, Digest, Id, Seed, Vec2};
 use keep::Keys;
 use script::{Faults, Plan, Rule};
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,8 @@ pub(crate) struct Context<'a> {
     pub cache: &'a Cache,
     /// By which digests this one keeps and looks up; none where it keeps nothing.
     pub keys: Option<Keys>,
+    /// What blocks must reach into; all are wanted when none.
+    pub within: Option<Bounds>,
 }
 
 impl Context<'_> {

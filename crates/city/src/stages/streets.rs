@@ -48,7 +48,7 @@ fn defaults(class: Class) -> ClassDefaults {
 /// The street network, finished or on the way.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Network {
-    pub graph: StreetGraph,
+    pub graph: Arc<StreetGraph>,
     pub origins: Origins,
     pub names: BTreeMap<StreetId, String>,
     /// Those that were there before growth, by id: they stay as drawn.
@@ -64,7 +64,7 @@ impl Default for Network {
     /// Without streets.
     fn default() -> Self {
         Self {
-            graph: StreetGraph::new(Classes::default()),
+            graph: Arc::new(StreetGraph::new(Classes::default())),
             origins: Origins::default(),
             names: BTreeMap::new(),
             given: Vec::new(),
@@ -100,7 +100,7 @@ pub(crate) fn derive(context: &Context) -> Result<Arc<Network>, BuildError> {
             }
             for &street in &plan.removed {
                 context.check()?;
-                if !network.graph.remove_street(street) {
+                if !Arc::make_mut(&mut network.graph).remove_street(street) {
                     network.report.warn(format!("`remove` names street {street}, which is not there"));
                 }
             }
@@ -115,7 +115,7 @@ fn derive_arterials(context: &Context) -> Result<Network, BuildError> {
     import(context, &mut network)?;
     let width = |class| width_of(plan_of(context, class), class);
     landmarks::lay(context, &mut network, width);
-    network.trace = context.traces.then(|| Trace::new(network.graph.clone()));
+    network.trace = context.traces.then(|| Trace::new((*network.graph).clone()));
     network.given = network.graph.streets();
     let fields = Arc::new(fields(context));
     let plan = &context.sources.plan;
@@ -204,7 +204,7 @@ fn import(context: &Context, network: &mut Network) -> Result<(), BuildError> {
         context.check()?;
         let origin = network.origins.of(&format!("import {}", file.key));
         let options = ImportOptions { origin, ..ImportOptions::new(&file.key) };
-        let log = lay_streets(&mut network.graph, &file.streets, &options);
+        let log = lay_streets(Arc::make_mut(&mut network.graph), &file.streets, &options);
         network.names.extend(log.names.iter().map(|(id, name)| (*id, name.clone())));
         network.report.imported(&file.key, &log, &file.left_out);
         context.progress.advance(1);
@@ -231,7 +231,7 @@ fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize) {
             claim,
             level: 0,
         };
-        if let Err(refusal) = network.graph.insert(&new, Crowding::Join) {
+        if let Err(refusal) = Arc::make_mut(&mut network.graph).insert(&new, Crowding::Join) {
             network.report.warn(format!("given street {}, piece {}: {refusal}", ordinal + 1, i + 1));
         }
     }
@@ -287,7 +287,7 @@ fn grow_arterials(
     let growth = growth_of(context, plan, class, seed)?;
     let rules = pattern(context, network, &plan.pattern);
     let cancel = || context.cancel.is_cancelled();
-    let log = grow_from_streets(&mut network.graph, &growth, &*rules, fields, &cancel);
+    let log = grow_from_streets(Arc::make_mut(&mut network.graph), &growth, &*rules, fields, &cancel);
     network.report.grown(stage.name(), &log);
     let mut logs: Vec<_> = context.traces.then_some(log).into_iter().collect();
     let reseed = plan.reseed.unwrap_or(reseed);
@@ -298,7 +298,7 @@ fn grow_arterials(
             continue;
         }
         let point = SeedPoint { at: place, heading: Angle::ZERO, root: growth.root.child(ordinal) };
-        let log = grow(&mut network.graph, &growth, &*rules, fields, &[point], &cancel);
+        let log = grow(Arc::make_mut(&mut network.graph), &growth, &*rules, fields, &[point], &cancel);
         ordinal += u64::from(!log.accepted.is_empty());
         network.report.grown(stage.name(), &log);
         logs.extend(context.traces.then_some(log));
@@ -311,7 +311,7 @@ fn grow_arterials(
             if landmarks::is_reached(landmark, &network.graph) {
                 break;
             }
-            let log = grow(&mut network.graph, &growth, &*rules, fields, &[gate], &cancel);
+            let log = grow(Arc::make_mut(&mut network.graph), &growth, &*rules, fields, &[gate], &cancel);
             network.report.grown(stage.name(), &log);
             logs.extend(context.traces.then_some(log));
         }
@@ -327,7 +327,7 @@ fn grow_arterials(
 /// What is done to the streets of a class once all have grown.
 fn finish(network: &mut Network, growth: &Growth, plan: &StreetPlan, fields: &Fields) {
     let class = growth.class;
-    let (graph, given) = (&mut network.graph, &network.given);
+    let (graph, given) = (Arc::make_mut(&mut network.graph), &network.given);
     let is_given = |graph: &StreetGraph, run: &Run| {
         let claims = run.nodes.windows(2).filter_map(|pair| graph.segment_between(pair[0], pair[1], run.level));
         let mut streets = claims.flat_map(|key| graph.segment(key).claims()).map(|claim| claim.street);
@@ -384,7 +384,7 @@ fn grow_minors(
         rayon::join(|| faces.par_iter().map(fill).collect(), || outskirts.as_ref().map(fill_outside));
     context.check()?;
     grown.extend(rim);
-    let merge = attach(&mut network.graph, &grown, &cancel);
+    let merge = attach(Arc::make_mut(&mut network.graph), &grown, &cancel);
     context.check()?;
     for growth in &grown {
         network.report.grown("minors", &growth.log);

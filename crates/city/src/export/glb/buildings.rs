@@ -11,7 +11,7 @@ use layout::{Parcel, Use};
 
 /// The buildings of a city.
 pub fn buildings(city: &City) -> ByTile<&Building> {
-    by_tile(&city.buildings, |building| &building.footprint)
+    by_tile(city.buildings.iter(), |building| &building.footprint)
 }
 
 /// Its parks and plazas.

@@ -104,7 +104,7 @@ fn kept_meshes_are_those_that_would_be_made() {
         };
         of_group.all(shared)
     };
-    city.buildings.pop();
+    Arc::make_mut(&mut city.buildings).pop();
     let after = model(&city, &cache);
     assert_eq!(after, model(&city, &Cache::none()));
     assert!(shares(&after, Group::Terrain) && shares(&after, Group::Streets) && !shares(&after, Group::Buildings));
@@ -118,14 +118,17 @@ fn kept_tiles_are_those_that_would_be_made() {
     type Change = (&'static str, fn(&mut City));
     let changes: [Change; 6] = [
         ("all new", |_| {}),
-        ("a building less", |city| drop(city.buildings.pop())),
-        ("a taller building", |city| city.buildings[0].height += 1.0),
+        ("a building less", |city| drop(Arc::make_mut(&mut city.buildings).pop())),
+        ("a taller building", |city| Arc::make_mut(&mut city.buildings)[0].height += 1.0),
         ("a wider street", |city| city.runs[0].half_width *= 2),
         ("a bridge becomes a tunnel", |city| {
             city.runs.iter_mut().filter(|run| run.level > 0).for_each(|run| run.level = -run.level);
         }),
         ("parks become plazas", |city| {
-            city.parcels.iter_mut().filter(|p| p.usage == layout::Use::Park).for_each(|p| p.usage = layout::Use::Plaza);
+            Arc::make_mut(&mut city.parcels)
+                .iter_mut()
+                .filter(|p| p.usage == layout::Use::Park)
+                .for_each(|p| p.usage = layout::Use::Plaza);
         }),
     ];
     let cache = Cache::in_memory();
@@ -149,7 +152,7 @@ fn tiles_without_a_change_are_not_made_again() {
     city.digests.site = Some(Id(1));
     let before = model(&city, &cache);
     let tile = TileKey::of(city.buildings[0].footprint.outer[0].metres());
-    city.buildings[0].height += 1.0;
+    Arc::make_mut(&mut city.buildings)[0].height += 1.0;
     let after = model(&city, &cache);
     assert!(after.tiles.len() > 1);
     for (key, meshes) in &after.tiles {

@@ -196,7 +196,7 @@ fn draw_parcels(city: &City, view: &View, page: &mut dyn Canvas) {
 
 fn draw_buildings(city: &City, view: &View, page: &mut dyn Canvas) {
     let mut tones: BTreeMap<usize, Vec<&Polygon>> = BTreeMap::new();
-    for building in &city.buildings {
+    for building in city.buildings.iter() {
         tones.entry(style::tone(building.height)).or_default().push(&building.footprint);
     }
     for (tone, footprints) in tones {

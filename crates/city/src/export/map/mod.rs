@@ -227,10 +227,10 @@ mod tests {
         for options in [&options, &by_class, &larger, &options] {
             assert!(png(&city, options, &cache) == png(&city, options, &none));
         }
-        city.buildings.pop();
+        Arc::make_mut(&mut city.buildings).pop();
         assert!(png(&city, &options, &cache) == png(&city, &options, &none));
         city.digests.land = None;
-        city.parcels.pop();
+        Arc::make_mut(&mut city.parcels).pop();
         assert!(png(&city, &options, &cache) == png(&city, &options, &none));
     }
 
@@ -272,8 +272,8 @@ mod tests {
     fn an_empty_city_has_a_map_too() {
         let mut city = small_city();
         city.runs.clear();
-        city.graph = streets::StreetGraph::new(streets::Classes::default());
-        (city.blocks, city.parcels, city.buildings) = (Vec::new(), Vec::new(), Vec::new());
+        city.graph = streets::StreetGraph::new(streets::Classes::default()).into();
+        (city.blocks, city.parcels, city.buildings) = Default::default();
         assert!(
             !png(&city, &MapOptions { longest_side: 300, ..MapOptions::default() }, &Cache::none()).unwrap().is_empty()
         );

@@ -402,7 +402,7 @@ mod tests {
 
     fn square() -> Lines {
         let mut lines = Lines::default();
-        lines.push([[0.0, 0.0], [300.0, 0.0], [300.0, 260.0], [0.0, 260.0]].into_iter(), true);
+        lines.push([[0.0, 0.0], [300.0, 0.0], [300.0, 260.0], [0.0, 260.0]], true);
         lines
     }
 
