@@ -169,12 +169,14 @@ fn steps(gpu: &Gpu, city: &Path) {
     fs::write(&file, text).unwrap();
 }
 
-/// Frames of a city with more than 100,000 buildings, all in sight.
+/// Frames of a city with far more than 100,000 buildings, all in sight, and of one with about as many.
 fn large(gpu: &Gpu, root: &Path) {
-    let sources = load(&root.join("scripts/two_rivers"), None).unwrap().read().unwrap();
-    let built = build(&sources, Settings::default(), &Silent, &Cancel::default()).unwrap();
-    let scene = Scene::of(gpu, &built.city, &Cache::none(), None, None);
-    frames(gpu, &scene, built.city.buildings.len());
+    for name in ["san_francisco", "two_rivers"] {
+        let sources = load(&root.join("scripts").join(name), None).unwrap().read().unwrap();
+        let built = build(&sources, Settings::default(), &Silent, &Cancel::default()).unwrap();
+        let scene = Scene::of(gpu, &built.city, &Cache::none(), None, None);
+        frames(gpu, &scene, built.city.buildings.len());
+    }
 }
 
 /// What frames cost on the processor, while the camera turns.

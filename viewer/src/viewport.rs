@@ -99,11 +99,11 @@ impl Viewports {
             }
             View::Model => {
                 if let Some((bounds, height)) = self.to_fit.1.take() {
-                    let around = OrbitCamera::over(bounds, height);
-                    // A view that is high for its width must stand back to show the whole width.
-                    let back = f64::from(0.95 * pixels[1] / pixels[0]).max(1.0);
                     let OrbitCamera { heading, pitch, .. } = self.model.camera;
-                    self.model.camera = OrbitCamera { distance: around.distance * back, heading, pitch, ..around };
+                    let around = OrbitCamera::towards(bounds, height, (heading, pitch));
+                    // A view that is high for its width must stand back to show the whole width.
+                    let back = f64::from(1.5 * pixels[1] / pixels[0]).max(1.0);
+                    self.model.camera = OrbitCamera { distance: around.distance * back, ..around };
                 }
             }
         }

@@ -213,11 +213,15 @@ impl Pixels {
                     pixels.fill_path(path, &paint, FillRule::EvenOdd, Transform::identity(), None);
                 }),
                 Some(pen) if pen.width <= HAIRLINE && pen.dash.is_none() => {
-                    let stroke = stroke(pen);
-                    let cut = cut(chains, [x, y], size);
-                    cut.chunks(BATCH).filter_map(|pieces| path_of(pieces.iter().cloned())).for_each(|path| {
-                        pixels.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
-                    });
+                    let (rings, lines): (Vec<_>, Vec<_>) = chains.iter().partition(|(_, closed)| *closed);
+                    // A ring has no ends, and the rasteriser would put one where it begins.
+                    for (chains, round) in [(rings, false), (lines, pen.round)] {
+                        let stroke = stroke(Pen { round, ..pen });
+                        let cut = cut(&chains, [x, y], size);
+                        cut.chunks(BATCH).filter_map(|pieces| path_of(pieces.iter().cloned())).for_each(|path| {
+                            pixels.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+                        });
+                    }
                 }
                 Some(pen) => {
                     let stroke = stroke(pen);
@@ -377,7 +381,9 @@ mod tests {
         let on_border = (0..6u32, -2..=2i32).prop_map(|(cell, quarters)| cell as f32 * 64.0 + quarters as f32 / 4.0);
         let along = prop_oneof![3 => -150.0..450.0f32, 1 => on_border];
         let corner = [along.clone(), along];
-        (proptest::collection::vec(corner, 2..6), any::<bool>())
+        // A ring has three corners at least.
+        let chain = (proptest::collection::vec(corner, 2..6), any::<bool>());
+        chain.prop_map(|(chain, closed)| (chain.clone(), closed && chain.len() > 2))
     }
 
     proptest! {
@@ -394,9 +400,11 @@ mod tests {
             pixels.fill(&square(), Colour(255, 255, 255));
             pixels.stroke(&lines, Pen { colour: Colour(0, 0, 0), width, round: true, dash: None });
             let (tiled, whole) = (painted(&pixels, 64), painted(&pixels, 1024));
-            // The rasteriser places ends to a 64th of a pixel.
+            // The rasteriser places the ends of thin lines to a 64th of a pixel, the rims of areas to a quarter; where lines
+            // cross that adds up. Thin lines that lead astray are 60 to 98 apart.
+            let most = if width <= HAIRLINE { 56 } else { 80 };
             let apart = tiled.data().iter().zip(whole.data()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-            prop_assert!(apart <= 14, "{apart} of 255 apart");
+            prop_assert!(apart <= most, "{apart} of 255 apart");
         }
     }
 
