@@ -12,6 +12,7 @@ use crate::worker::Wake;
 use eframe::egui::{
     self, Button, CentralPanel, Image, Key, KeyboardShortcut, Modifiers, Panel, ScrollArea, TextEdit, Ui,
 };
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -41,7 +42,10 @@ struct Carried {
     city: Option<PathBuf>,
     views: Bookmark,
     docks: egui_tiles::Tree<Pane>,
-    message: String,
+    /// Tells whether the window's device was lost.
+    lost: Lost,
+    /// Ends the window's worker, where the window did not.
+    end: Box<dyn Fn() + Send>,
 }
 
 /// Times that a window is opened again after its device was lost.
@@ -64,16 +68,27 @@ pub fn open(arguments: &Arguments) -> Result<(), String> {
             let before = lock(&left).take();
             app.carried = Some(left);
             match before {
-                Some(before) => app.take_over(before),
+                Some(before) => {
+                    (before.end)();
+                    app.take_over(before);
+                }
                 None => app.state.commands.extend(city.map(Command::Open)),
             }
             Ok(Box::new(app))
         });
-        eframe::run_native("plat-view", options.clone(), create).map_err(|error| {
-            format!("no window could be opened: {error}\n  hint: plat-view --screenshot CITY -o PNG draws without one")
-        })?;
+        // Where the device is lost in the middle of a frame, what paints the window panics: what was open is left even so.
+        let shown = catch_unwind(AssertUnwindSafe(|| eframe::run_native("plat-view", options.clone(), create)));
+        let is_lost = lock(&carried).as_ref().is_some_and(|left| left.lost.is_lost());
+        match shown {
+            Ok(Ok(())) => {}
+            Err(panic) if !is_lost => resume_unwind(panic),
+            Ok(Err(error)) if !is_lost => {
+                let hint = "plat-view --screenshot CITY -o PNG draws without one";
+                return Err(format!("no window could be opened: {error}\n  hint: {hint}"));
+            }
+            Ok(Err(_)) | Err(_) => {}
+        }
         tries += 1;
-        let is_lost = lock(&carried).is_some();
         if !is_lost || tries > TRIES {
             return if is_lost { Err("the graphics device was lost again and again".into()) } else { Ok(()) };
         }
@@ -119,28 +134,34 @@ impl App {
         if let Some(city) = before.city {
             self.state.take_over(&city, before.history, before.views);
         }
-        self.state.message = Some(before.message);
+        let message = "The graphics device was lost; the window was opened anew, and nothing is lost.";
+        self.state.message = Some(message.into());
     }
 
-    /// Where the device is lost nothing can be drawn any more: another window takes this one's place. Errors of drawing
-    /// that leave the device alone are told.
-    fn look_after_device(&mut self, ui: &Ui) {
-        let told = self.lost.told();
-        let Some(message) = told else { return };
-        if !self.lost.is_lost() {
-            self.state.message = Some(format!("Graphics: {message}"));
-            return;
-        }
+    /// Leaves what is open for a next window, should this one's device be lost: what paints may panic then, and nothing of the
+    /// window is left.
+    fn leave(&self) {
         if let Some(carried) = &self.carried {
             *lock(carried) = Some(Carried {
                 history: self.state.history.clone(),
                 city: self.state.city.clone(),
                 views: self.state.views.bookmark(""),
                 docks: self.docks.clone(),
-                message: format!(
-                    "The graphics device was lost ({message}); the window was opened anew, and nothing is lost."
-                ),
+                lost: self.lost.clone(),
+                end: self.state.ender(),
             });
+        }
+    }
+
+    /// Where the device is lost nothing can be drawn any more: another window takes this one's place. Errors of drawing
+    /// that leave the device alone are told.
+    fn look_after_device(&mut self, ui: &Ui) {
+        let Some(message) = self.lost.told() else { return };
+        if !self.lost.is_lost() {
+            self.state.message = Some(format!("Graphics: {message}"));
+            return;
+        }
+        if self.carried.is_some() {
             ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
         }
     }
@@ -625,5 +646,6 @@ impl eframe::App for App {
             let _ = self.state.catch_up();
             ui.ctx().request_repaint();
         }
+        self.leave();
     }
 }

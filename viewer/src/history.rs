@@ -1,6 +1,7 @@
 //! Changes with undo and redo.
 
 use city::Changes;
+use std::sync::Arc;
 
 /// Most steps that can be undone.
 const MOST: usize = 500;
@@ -8,7 +9,8 @@ const MOST: usize = 500;
 /// The changes of a city as they were and are.
 #[derive(Clone, Debug, Default)]
 pub struct History {
-    states: Vec<(String, Changes)>,
+    /// Shared with whoever keeps it against a loss.
+    states: Arc<Vec<(String, Changes)>>,
     /// The place of the present state among them.
     at: usize,
     /// As they are on disk.
@@ -20,7 +22,7 @@ pub struct History {
 impl History {
     /// Starts with what is on disk.
     pub fn of(saved: Changes) -> Self {
-        Self { states: vec![(String::new(), saved.clone())], at: 0, saved, open: None }
+        Self { states: Arc::new(vec![(String::new(), saved.clone())]), at: 0, saved, open: None }
     }
 
     /// The present changes.
@@ -36,16 +38,17 @@ impl History {
         if next == self.now() {
             return false;
         }
-        self.states.truncate(self.at + 1);
+        let states = Arc::make_mut(&mut self.states);
+        states.truncate(self.at + 1);
         let goes_on = turns.is_some() && self.open.as_deref() == turns && self.at > 0;
         if goes_on {
-            self.states.pop();
+            states.pop();
         } else {
             self.at += 1;
         }
-        self.states.push((name.to_owned(), next));
-        if self.states.len() > MOST {
-            self.states.remove(0);
+        states.push((name.to_owned(), next));
+        if states.len() > MOST {
+            states.remove(0);
             self.at -= 1;
         }
         self.open = turns.map(str::to_owned);

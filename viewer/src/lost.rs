@@ -2,11 +2,14 @@
 
 use crate::render::Gpu;
 use crate::worker::Wake;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What was told about a device. Cheap to clone.
 #[derive(Clone, Debug, Default)]
-pub struct Lost(Arc<Mutex<Told>>);
+pub struct Lost {
+    told: Arc<Mutex<Told>>,
+    device: Option<wgpu::Device>,
+}
 
 #[derive(Debug, Default)]
 struct Told {
@@ -17,36 +20,44 @@ struct Told {
 impl Lost {
     /// Listens to a device.
     pub fn of(gpu: &Gpu, wake: Wake) -> Self {
-        let own = Self::default();
-        let (listener, waker) = (own.clone(), wake.clone());
+        let own = Self { told: Arc::default(), device: Some(gpu.device.clone()) };
+        let (listener, waker) = (own.told.clone(), wake.clone());
         gpu.device.set_device_lost_callback(move |reason, message| {
             let message = if message.is_empty() { format!("{reason:?}") } else { message };
-            listener.tell(true, message);
+            tell(&listener, true, message);
             waker();
         });
-        let listener = own.clone();
+        let listener = own.told.clone();
         gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            listener.tell(false, error.to_string());
+            tell(&listener, false, error.to_string());
             wake();
         }));
         own
     }
 
-    fn tell(&self, is_lost: bool, message: String) {
-        let mut told = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // Once it is lost, what cannot be done with it says nothing new.
-        if !told.is_lost {
-            *told = Told { is_lost, message: Some(message) };
-        }
-    }
-
     /// Whether the device is lost.
     pub fn is_lost(&self) -> bool {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).is_lost
+        // It is told when somebody asks the device for anything.
+        if let Some(device) = &self.device {
+            let _ = device.poll(wgpu::PollType::Poll);
+        }
+        lock(&self.told).is_lost
     }
 
     /// What was told since the last call.
     pub fn told(&self) -> Option<String> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).message.take()
+        lock(&self.told).message.take()
+    }
+}
+
+fn lock(told: &Mutex<Told>) -> MutexGuard<'_, Told> {
+    told.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn tell(to: &Mutex<Told>, is_lost: bool, message: String) {
+    let mut told = lock(to);
+    // Once it is lost, what cannot be done with it says nothing new.
+    if !told.is_lost {
+        *told = Told { is_lost, message: Some(message) };
     }
 }

@@ -501,6 +501,11 @@ impl State {
         self.build();
     }
 
+    /// What ends the worker from outside, where the window cannot.
+    pub fn ender(&self) -> Box<dyn Fn() + Send> {
+        self.worker.as_ref().map_or_else(|_| Box::new(|| {}) as Box<dyn Fn() + Send>, Worker::ender)
+    }
+
     /// Goes on with a city where another window ended.
     pub fn take_over(&mut self, city: &Path, history: History, views: Bookmark) {
         self.open(city);

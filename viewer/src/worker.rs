@@ -105,7 +105,7 @@ pub type Wake = Arc<dyn Fn() + Send + Sync>;
 pub struct Worker {
     news: Receiver<News>,
     shared: Arc<Shared>,
-    stop: Box<dyn Fn() + Send>,
+    stop: Arc<dyn Fn() + Send + Sync>,
 }
 
 #[derive(Default)]
@@ -136,7 +136,7 @@ impl Worker {
         let (sender, news) = channel();
         let shared = Arc::<Shared>::default();
         let watch = Watch::new(&[]).map_err(|error| error.to_string())?;
-        let stop = Box::new(watch.stopper());
+        let stop = Arc::new(watch.stopper());
         let teller = Teller { sender, wake };
         let bench = Bench { watch, gpu, cache, teller, shared: shared.clone(), rounds: 0, last_told: Arc::default() };
         let thread = std::thread::Builder::new().name("worker".into());
@@ -172,6 +172,18 @@ impl Worker {
         self.news.try_iter()
     }
 
+    /// What ends it.
+    pub fn ender(&self) -> Box<dyn Fn() + Send> {
+        let (shared, stop) = (self.shared.clone(), self.stop.clone());
+        Box::new(move || {
+            shared.is_over.store(true, Ordering::SeqCst);
+            if let Some(building) = &*lock(&shared.building) {
+                building.cancel();
+            }
+            stop();
+        })
+    }
+
     /// Whether all that was ordered is done.
     pub fn is_idle(&self) -> bool {
         self.shared.done.load(Ordering::SeqCst) == lock(&self.shared.orders).given
@@ -180,9 +192,7 @@ impl Worker {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        self.shared.is_over.store(true, Ordering::SeqCst);
-        self.cancel();
-        (self.stop)();
+        (self.ender())();
     }
 }
 

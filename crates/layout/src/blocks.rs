@@ -4,7 +4,6 @@ use crate::region::{Piece, body_pieces, land_between};
 use crate::{Block, Body, Joint};
 use geom::predicates::{dot, orient};
 use geom::{Bounds, Id, Point, Polygon, boolean};
-use rayon::prelude::*;
 use streets::faces::{Face, Faces, Side};
 use streets::{HalfKey, NodeKey, SegmentKey, StreetGraph};
 
@@ -53,9 +52,8 @@ impl<'a> BlockSource<'a> {
     pub fn new(graph: &'a StreetGraph, faces: &'a Faces, quarters: &'a Faces) -> Self {
         let onward = Onward::of(graph);
         let on_ground = graph.segments_unsorted().filter(|(_, segment)| segment.level == 0);
-        let keys: Vec<SegmentKey> = on_ground.map(|(key, _)| key).collect();
-        let reach = |&key: &SegmentKey| reach_of(&segment_body(graph, &onward, key, &|_| true));
-        let reach = keys.par_iter().map(reach).max().unwrap_or(0);
+        let reach = |(key, _)| reach_of(&segment_body(graph, &onward, key, &|_| true));
+        let reach = on_ground.map(reach).max().unwrap_or(0);
         Self { graph, faces, quarter_of: quarters_of_blocks(faces, quarters), onward, reach }
     }
 
