@@ -484,6 +484,9 @@ impl App {
             ui.set_width(480.0);
             let label = ui.label("Folder of the city, or its script");
             let edit = ui.add(TextEdit::singleline(path).desired_width(460.0)).labelled_by(label.id);
+            if path.is_empty() {
+                edit.request_focus();
+            }
             let enter = edit.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             if ui.button("Open").clicked() || enter {
                 opened = Some(PathBuf::from(path.trim()));

@@ -3,6 +3,7 @@
 #[path = "common/command.rs"]
 mod common;
 
+use city::{Cancel, Settings, Silent, build, load};
 use common::{place, plat};
 use serde_json::Value;
 use std::fs;
@@ -64,4 +65,26 @@ fn a_library_is_chosen_first_and_must_be_there() {
         let told = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code() == Some(1) && told.contains(words), "{told}");
     }
+}
+
+#[test]
+fn a_part_of_a_city_is_what_the_whole_has_there() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/lattice");
+    let sources = load(&folder, None).unwrap().read().unwrap();
+    let built = |settings| build(&sources, settings, &Silent, &Cancel::default()).unwrap().city;
+    let whole = built(Settings::default());
+    let middle = whole.blocks[whole.blocks.len() / 2].polygon.bounds().unwrap();
+    let within = middle.grown(400 * 1024);
+    let part = built(Settings { within: Some(within), ..Settings::default() });
+    assert_eq!(part.graph.digest(), whole.graph.digest(), "all streets are there");
+    assert!(part.buildings.len() > 20 && part.buildings.len() * 2 < whole.buildings.len(), "{}", part.buildings.len());
+    // Nothing is there that the whole has not, and nothing is missing that reaches into it.
+    let reaches = |polygon: &geom::Polygon| polygon.bounds().is_some_and(|bounds| bounds.overlaps(&within));
+    let blocks: Vec<_> = whole.blocks.iter().filter(|block| reaches(&block.polygon)).collect();
+    assert_eq!(part.blocks.iter().collect::<Vec<_>>(), blocks);
+    let is_there = |parcel: &&layout::Parcel| blocks.iter().any(|block| block.id == parcel.block);
+    let parcels: Vec<_> = whole.parcels.iter().filter(is_there).collect();
+    assert_eq!(part.parcels.iter().collect::<Vec<_>>(), parcels);
+    let stands = |building: &&buildings::Building| parcels.iter().any(|parcel| parcel.id == building.parcel);
+    assert_eq!(part.buildings.iter().collect::<Vec<_>>(), whole.buildings.iter().filter(stands).collect::<Vec<_>>());
 }

@@ -61,7 +61,7 @@ fn measures(ui: &mut Ui, statistics: &Statistics) {
         for measure in &MEASURES {
             let Some(figure) = statistics.figures.get(measure.name) else { continue };
             let range = judged.iter().find(|judged| judged.window.is_none() && judged.measure == measure.name);
-            let name = format!("{} {}", measure.name.replace('_', " "), unit(measure.unit));
+            let name = format!("{} {}", words_of(measure.name), unit(measure.unit));
             ui.label(name).on_hover_text(measure.about);
             ui.label(words(figure));
             standing(ui, range);
@@ -69,7 +69,7 @@ fn measures(ui: &mut Ui, statistics: &Statistics) {
         }
         for judged in judged.iter().filter(|judged| judged.window.is_some()) {
             let window = judged.window.as_deref().unwrap_or_default().replace('_', " ");
-            ui.label(format!("{window}: {}", judged.measure.replace('_', " ")));
+            ui.label(format!("{window}: {}", words_of(&judged.measure)));
             ui.label(judged.figure.map_or_else(|| "–".into(), words));
             standing(ui, Some(judged));
             ui.end_row();
@@ -90,6 +90,12 @@ fn standing(ui: &mut Ui, judged: Option<&city::measure::Judged>) {
     } else {
         ui.colored_label(ui.visuals().warn_fg_color, "off");
     }
+}
+
+/// A measure's name as words, without the unit that stands behind it.
+fn words_of(name: &str) -> String {
+    let bare = ["_km2", "_ha"].iter().find_map(|unit| name.strip_suffix(unit)).filter(|bare| *bare != "km_per");
+    bare.unwrap_or(name).replace('_', " ")
 }
 
 fn unit(unit: &str) -> String {

@@ -4,6 +4,10 @@ use city::{Cache, Changes};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use viewer::render::{Camera, Gpu, MapCamera};
+use viewer::scene::Scene;
+use viewer::screenshot::{Picture, of_scene};
+use viewer::sight::Sight;
 use viewer::worker::{News, Order, Ready, Worker};
 
 /// Longest that anything may take.
@@ -52,4 +56,38 @@ fn the_newest_order_wins_and_is_built_once() {
     // Nor does anything come of what woke it meanwhile.
     std::thread::sleep(Duration::from_millis(500));
     assert_eq!(cities(&worker).len(), 0);
+}
+
+#[test]
+fn what_is_in_sight_comes_first_and_is_what_the_whole_shows_there() {
+    let Ok(gpu) = Gpu::headless() else { return println!("SKIPPED: no graphics adapter") };
+    let worker = Worker::start(Some(gpu.clone()), Cache::in_memory(), Arc::new(|| {})).unwrap();
+    worker.order(order(1));
+    let first = cities(&worker).pop().expect("a city");
+    let middle = first.built.city.blocks[first.built.city.blocks.len() / 2].polygon.outer[0].metres();
+    let reach = geom::Vec2::new(240.0, 160.0);
+    let extent = first.scene.as_ref().unwrap().extent;
+    let sight = Sight::of(middle - reach, middle + reach, extent).expect("a part");
+    worker.look(Some(sight));
+    worker.order(order(2));
+    let begin = Instant::now();
+    let (mut glimpse, mut ready) = (None, None);
+    while ready.is_none() {
+        for news in worker.news() {
+            match news {
+                News::Glimpse(scene) => glimpse = Some(scene),
+                News::Ready(city) => ready = Some(city),
+                News::Failed(failure) => panic!("{failure:?}"),
+                _ => {}
+            }
+        }
+        assert!(begin.elapsed() < PATIENCE, "nothing came of it");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let (glimpse, ready) = (glimpse.expect("what is in sight"), ready.unwrap());
+    let camera = Camera::Map(MapCamera { centre: middle, scale: 1.0 });
+    let wish = Picture { size: [480, 320], camera: Some(camera), ..Picture::default() };
+    let draw = |scene: &Scene| of_scene(&gpu, scene, &ready.built.city, &wish).unwrap();
+    assert!(draw(&glimpse) == draw(ready.scene.as_ref().unwrap()), "it shows what the whole does");
+    assert!(draw(&glimpse) != draw(first.scene.as_ref().unwrap()), "something is another");
 }
