@@ -148,6 +148,8 @@ pub struct State {
     pub commands: Vec<Command>,
     /// What is looked for.
     pub filters: Filters,
+    /// Whether changes are still to be kept against a crash.
+    is_unguarded: bool,
     /// Whether the views stay where they are when the first city comes.
     keeps_views: bool,
     /// What questions about the city are answered from.
@@ -214,6 +216,7 @@ impl State {
             source: None,
             recovery,
             timeline: Timeline::default(),
+            is_unguarded: false,
             keeps_views: false,
             evidence: Arc::default(),
             gallery: gallery::Gallery::new(pictures),
@@ -249,6 +252,8 @@ impl State {
     /// Takes in what the worker told, and carries out what people asked for. Returns how soon there is more to do, where
     /// nothing else wakes the window until then.
     pub fn catch_up(&mut self) -> Option<Duration> {
+        // Asked first: whoever is idle now has told all.
+        let is_idle = self.worker.as_ref().is_ok_and(Worker::is_idle);
         let news: Vec<News> = self.worker.as_ref().map_or_else(|_| Vec::new(), |worker| worker.news().collect());
         for one in news {
             match one {
@@ -266,8 +271,12 @@ impl State {
                 News::Unwatched(what) => self.message = Some(what),
             }
         }
-        if self.worker.as_ref().is_ok_and(Worker::is_idle) {
-            self.under = None;
+        if is_idle {
+            // What was given up is not to stay half.
+            (self.under, self.glimpse) = (None, None);
+            if std::mem::take(&mut self.is_unguarded) {
+                self.guard();
+            }
         }
         self.asked.catch_up();
         self.statistics.catch_up();
@@ -399,7 +408,13 @@ impl State {
 
     fn change(&mut self, name: &str, turns: Option<&str>, change: impl FnOnce(&mut Changes)) {
         if self.city.is_some() && self.history.step(name, turns, change) {
-            self.changed();
+            if turns.is_some() {
+                // A file for each value on the way would hold up the hand that turns it.
+                self.is_unguarded = true;
+                self.build();
+            } else {
+                self.changed();
+            }
         }
     }
 
