@@ -2,7 +2,7 @@
 
 use crate::render::{Camera, Gpu, Look, MapCamera, OrbitCamera};
 use crate::scene::By;
-use crate::screenshot::{Picture, picture};
+use crate::screenshot::{Picture, picture, save};
 use city::{Cache, Cancel, Settings, Silent, build_with, load};
 use clap::Parser;
 use geom::Vec2;
@@ -113,9 +113,7 @@ fn screenshot(arguments: &Arguments, city: &Path, out: &Path) -> Result<(), Fail
     let wish =
         Picture { size: arguments.size, camera, look, colour_by: arguments.colour_by, overlay, ..Picture::default() };
     let drawn = picture(&gpu, &built, &wish).map_err(|error| failed(&error))?;
-    let mut png = std::io::Cursor::new(Vec::new());
-    drawn.write_to(&mut png, image::ImageFormat::Png).map_err(|error| failed(&error))?;
-    city::export::write_atomically(out, |file| file.write_all(png.get_ref())).map_err(|error| failed(&error))
+    save(&drawn, out).map_err(|error| failed(&error))
 }
 
 /// A camera whose target stands on the ground of a city.

@@ -1,5 +1,6 @@
 //! Opening a place of a script in an editor.
 
+use crate::worker::whole;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -11,7 +12,7 @@ pub const USUAL: &str = "code --goto {file}:{line}:{column}";
 /// # Errors
 /// When the file is none of this computer, or the command cannot be started.
 pub fn open(command: &str, file: &str, line: u32, column: u32) -> Result<(), String> {
-    let path = std::path::absolute(file).unwrap_or_else(|_| Path::new(file).to_path_buf());
+    let path = whole(Path::new(file));
     if !path.is_file() {
         return Err(format!("{file} is no file here: it is a rule of the library (`plat rules --source` prints it)"));
     }

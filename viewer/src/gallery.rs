@@ -94,11 +94,8 @@ fn kept(folder: Option<&Path>, digest: Id, preset: &Preset) -> Option<image::Rgb
     let small = decoded.thumbnail(240, 240).to_rgba8();
     if let Some(file) = file {
         // Where it cannot be kept it is drawn again next time.
-        let mut png = std::io::Cursor::new(Vec::new());
-        if small.write_to(&mut png, image::ImageFormat::Png).is_ok() {
-            let _ = file.parent().map(std::fs::create_dir_all);
-            let _ = city::export::write_atomically(&file, |out| out.write_all(png.get_ref()));
-        }
+        let _ = file.parent().map(std::fs::create_dir_all);
+        let _ = crate::screenshot::save(&small, &file);
     }
     Some(small)
 }

@@ -2,6 +2,7 @@
 
 use crate::render::{MapCamera, OrbitCamera};
 use crate::shown::Layers;
+use crate::worker::whole;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -106,7 +107,7 @@ impl Preferences {
 
     /// A city was opened.
     pub fn opened(&mut self, city: &Path) {
-        let city = std::path::absolute(city).unwrap_or_else(|_| city.to_path_buf());
+        let city = whole(city);
         self.recent.retain(|other| *other != city);
         self.recent.insert(0, city);
         self.recent.truncate(MOST_RECENT);

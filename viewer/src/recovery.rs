@@ -1,5 +1,6 @@
 //! Changes that are not saved yet, kept where they outlive the program: what is lost with it can be taken up again.
 
+use crate::worker::whole;
 use city::Changes;
 use geom::Id;
 use std::fs;
@@ -21,8 +22,7 @@ impl Recovery {
 
     /// The file for a city.
     fn file(&self, city: &Path) -> Option<PathBuf> {
-        let city = std::path::absolute(city).unwrap_or_else(|_| city.to_path_buf());
-        let name = Id::of_text("unsaved", &city.to_string_lossy());
+        let name = Id::of_text("unsaved", &whole(city).to_string_lossy());
         Some(self.folder.as_ref()?.join(format!("{name}.changes")))
     }
 

@@ -3,7 +3,9 @@
 use crate::render::{Camera, Gpu, GpuError, Look, MapCamera, Overlay, Renderer, Target};
 use crate::scene::{ColourBy, Scene};
 use crate::shown::{Layers, shown};
+use city::export::write_atomically;
 use city::{Built, Cache, City};
+use std::path::Path;
 
 /// What a picture shows.
 #[derive(Clone, Debug)]
@@ -32,6 +34,16 @@ impl Default for Picture {
 /// Where to look at a scene from, to see all of it.
 pub fn whole_map(scene: &Scene, size: [u32; 2]) -> Camera {
     Camera::Map(MapCamera::over(scene.extent, size.map(|side| side as f32)))
+}
+
+/// Writes a picture as a PNG file, whole or not at all.
+///
+/// # Errors
+/// When it cannot be packed or written.
+pub fn save(picture: &image::RgbaImage, path: &Path) -> Result<(), String> {
+    let mut png = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut png, image::ImageFormat::Png).map_err(|error| error.to_string())?;
+    write_atomically(path, |out| out.write_all(png.get_ref())).map_err(|error| error.to_string())
 }
 
 /// Draws a city.

@@ -13,7 +13,7 @@ use crate::sight::Sight;
 use crate::task::Task;
 use crate::timeline::Timeline;
 use crate::viewport::Viewports;
-use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of};
+use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of, whole};
 use crate::{gallery, preset_file};
 use city::export::map::Colouring;
 use city::why::Answer;
@@ -157,11 +157,6 @@ pub struct State {
     worker: Result<Worker, String>,
     wake: Wake,
     gpu: Option<Gpu>,
-}
-
-/// A path as it is known by whatever folder one stands in.
-fn whole(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
 /// What people look for in lists.
@@ -608,7 +603,7 @@ impl State {
     /// The name of the city that is open.
     pub fn title(&self) -> String {
         let name = self.city.as_ref().map(|city| {
-            let folder = std::path::absolute(folder_of(city)).unwrap_or_else(|_| folder_of(city));
+            let folder = whole(&folder_of(city));
             folder.file_name().map_or_else(|| "city".into(), |name| name.to_string_lossy().into_owned())
         });
         let mark = if self.history.is_saved() { "" } else { " (changed)" };

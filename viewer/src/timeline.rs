@@ -3,10 +3,10 @@
 use crate::evidence::Evidence;
 use crate::render::Gpu;
 use crate::scene::MapScene;
+use crate::task::Task;
 use crate::worker::{Ready, Wake};
 use city::export::steps::city_after;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 /// Steps of a whole play.
@@ -38,7 +38,7 @@ pub struct Timeline {
     /// Why nothing can be shown.
     pub problem: Option<String>,
     wanted: Option<u32>,
-    waiting: Option<Receiver<Result<Moment, String>>>,
+    making: Task<Moment>,
     /// Since when it plays.
     playing: Option<Instant>,
 }
@@ -64,7 +64,7 @@ impl Timeline {
 
     /// Whether a step is on its way.
     pub fn is_busy(&self) -> bool {
-        self.waiting.is_some() || self.wanted.is_some()
+        self.making.is_busy() || self.wanted.is_some()
     }
 
     /// Shows the finished city again.
@@ -80,23 +80,24 @@ impl Timeline {
         gpu: Option<&Gpu>,
         wake: &Wake,
     ) -> Option<Duration> {
-        if let Some(made) = self.waiting.as_ref().and_then(|waiting| waiting.try_recv().ok()) {
-            self.waiting = None;
-            match made {
-                Ok(moment) => self.moment = Some(Arc::new(moment)),
-                Err(problem) => (self.problem, self.playing, self.wanted) = (Some(problem), None, None),
-            }
+        self.making.catch_up();
+        match self.making.done.take() {
+            Some(Ok(moment)) => self.moment = Some(Arc::new(moment)),
+            Some(Err(problem)) => (self.problem, self.playing, self.wanted) = (Some(problem), None, None),
+            None => {}
         }
-        if self.waiting.is_none() && self.wanted.is_none() {
+        if self.making.is_busy() {
+            return None;
+        }
+        if self.wanted.is_none() {
             let again = self.next()?;
             if again > Duration::ZERO {
                 return Some(again);
             }
         }
-        if self.waiting.is_none()
-            && let Some(step) = self.wanted.take()
-        {
-            self.begin(step, ready.clone(), evidence.clone(), gpu.cloned(), wake.clone());
+        if let Some(step) = self.wanted.take() {
+            let (ready, evidence, gpu) = (ready.clone(), evidence.clone(), gpu.cloned());
+            self.making.begin("timeline", wake.clone(), move || moment(step, &ready, &evidence, gpu.as_ref()));
         }
         None
     }
@@ -115,20 +116,6 @@ impl Timeline {
         self.playing = Some(Instant::now());
         self.wanted = Some((moment.step + (moment.last / FRAMES).max(1)).min(moment.last));
         Some(Duration::ZERO)
-    }
-
-    fn begin(&mut self, step: u32, ready: Arc<Ready>, evidence: Arc<Evidence>, gpu: Option<Gpu>, wake: Wake) {
-        let (sender, receiver) = channel();
-        self.waiting = Some(receiver);
-        let make = move || {
-            // Nobody waits for it where another city is shown by now.
-            let _ = sender.send(moment(step, &ready, &evidence, gpu.as_ref()));
-            wake();
-        };
-        let thread = std::thread::Builder::new().name("timeline".into()).spawn(make);
-        if let Err(error) = thread {
-            (self.waiting, self.problem) = (None, Some(error.to_string()));
-        }
     }
 }
 

@@ -384,6 +384,11 @@ impl Bench {
     }
 }
 
+/// A path as it is known whatever folder one stands in.
+pub fn whole(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
+}
+
 /// The folder of a city.
 pub fn folder_of(city: &Path) -> PathBuf {
     let is_script = city.is_file() || city.extension().is_some_and(|ending| ending == "rhai");

@@ -3,6 +3,7 @@
 #[path = "common/command.rs"]
 mod common;
 
+use city::export::map::Colouring;
 use city::{Cancel, Settings, Silent, build, load};
 use common::{place, plat};
 use serde_json::Value;
@@ -87,4 +88,28 @@ fn a_part_of_a_city_is_what_the_whole_has_there() {
     assert_eq!(part.parcels.iter().collect::<Vec<_>>(), parcels);
     let stands = |building: &&buildings::Building| parcels.iter().any(|parcel| parcel.id == building.parcel);
     assert_eq!(part.buildings.iter().collect::<Vec<_>>(), whole.buildings.iter().filter(stands).collect::<Vec<_>>());
+}
+
+#[test]
+fn streets_are_coloured_by_the_step_in_which_they_grew() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/lattice");
+    let sources = load(&folder, None).unwrap().read().unwrap();
+    let settings = Settings { traces: true, ..Settings::default() };
+    let built = build(&sources, settings, &Silent, &Cancel::default()).unwrap();
+    let (city, trace) = (&built.city, built.trace.as_ref().unwrap());
+    let colouring = Colouring::of_growth(city, trace);
+    let given = trace.given().streets();
+    let last = colouring.entries.len() - 1;
+    assert_eq!(colouring.entries[last].name, "given");
+    // The last step of an entry: `steps 1 – 5`.
+    let until = |entry: usize| -> u32 { colouring.entries[entry].name.rsplit(' ').next().unwrap().parse().unwrap() };
+    let grown: Vec<_> = (0..last).map(|entry| trace.after(until(entry)).streets()).collect();
+    let mut used = std::collections::BTreeSet::new();
+    for (run, stretches) in city.runs.iter().zip(&colouring.stretches) {
+        let entry = stretches[0].entry;
+        used.insert(entry);
+        assert_eq!(entry == last, given.contains(&run.street), "{run:?}");
+        assert!(entry == last || grown[entry].contains(&run.street), "not there by step {}", until(entry));
+    }
+    assert!(used.len() > 3, "{used:?}");
 }

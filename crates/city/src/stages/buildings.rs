@@ -30,11 +30,7 @@ pub(crate) fn derive(
     ground: &Arc<CityGround>,
     origins: &Origins,
 ) -> Result<Arc<Buildings>, BuildError> {
-    let raise = |silence: &Silence| raise_all(context, land, ground, origins.clone(), silence);
-    match context.within {
-        Some(_) => raise(&Silence::default()).map(Arc::new),
-        None => context.stage(|keys| keys.buildings, raise),
-    }
+    context.stage_of_blocks(|keys| keys.buildings, |silence| raise_all(context, land, ground, origins.clone(), silence))
 }
 
 fn raise_all(

@@ -105,6 +105,16 @@ impl Context<'_> {
         Ok(result)
     }
 
+    /// The same of a stage that is made block by block: where only some blocks are wanted, each of them is kept as its parts
+    /// are, and the stage is not.
+    pub fn stage_of_blocks<T: Any + Send + Sync + Serialize + DeserializeOwned>(
+        &self,
+        key: impl Fn(&Keys) -> Id,
+        make: impl FnOnce(&Silence) -> Result<T, BuildError>,
+    ) -> Result<Arc<T>, BuildError> {
+        if self.within.is_some() { make(&Silence::default()).map(Arc::new) } else { self.stage(key, make) }
+    }
+
     /// The same for a part of a stage that runs on one thread and is kept in memory only. `is_valid` tells whether what was
     /// kept still holds, and whether a new one may be kept.
     pub fn part<T: Any + Send + Sync>(

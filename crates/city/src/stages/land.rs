@@ -61,15 +61,13 @@ pub(crate) fn derive(
     outlines: &Outlines,
     ground: &Arc<CityGround>,
 ) -> Result<Arc<Land>, BuildError> {
-    let divide = |silence: &Silence| {
-        let land = derive_blocks(context, graph, outlines)?;
-        divide_all(context, land, ground, silence)
-    };
-    match context.within {
-        // A part is kept block by block.
-        Some(_) => divide(&Silence::default()).map(Arc::new),
-        None => context.stage(|keys| keys.land, divide),
-    }
+    context.stage_of_blocks(
+        |keys| keys.land,
+        |silence| {
+            let land = derive_blocks(context, graph, outlines)?;
+            divide_all(context, land, ground, silence)
+        },
+    )
 }
 
 fn divide_all(

@@ -3,7 +3,7 @@
 use super::canvas::Colour;
 use crate::{City, Trace};
 use geom::{Bounds, Polygon, Vec2};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use streets::runs::Run;
 use streets::{NodeId, StreetId};
 
@@ -156,10 +156,13 @@ impl Colouring {
     /// Colours by the derivation step in which streets grew (PM01 figure 9); those that were there before are "given".
     pub fn of_growth(city: &City, trace: &Trace) -> Self {
         let (by_node, by_street) = times(trace);
+        // A given street may go on: what was there of it did not grow.
+        let given: BTreeSet<StreetId> = trace.given().streets().into_iter().collect();
         let time = |run: &Run| -> Option<u32> {
             let ids = run.nodes.iter().map(|&node| city.graph.node(node).id);
             let known: Vec<u32> = ids.filter_map(|id| by_node.get(&(run.street, id)).copied()).collect();
-            known.into_iter().min().or_else(|| by_street.get(&run.street).copied())
+            let began = by_street.get(&run.street).filter(|_| !given.contains(&run.street));
+            known.into_iter().min().or(began.copied())
         };
         let last = f64::from(trace.last_step().max(1));
         let bounds = [1.0, 2.0, 3.0, 4.0, 5.0].map(|i| (last * i / 6.0).ceil() as u32);
