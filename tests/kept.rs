@@ -1,6 +1,6 @@
 //! What builds keep changes nothing: a build with a cache gives the same files as one without, whatever was edited between.
 //!
-//! `PLAT_EDITS=200 PLAT_EDITS_OF=manhattan cargo test --release -p suite --test kept` edits a shipped city instead.
+//! `PLAT_EDITS=200 PLAT_EDITS_OF=manhattan cargo test --release -p suite kept` edits a shipped city instead.
 
 use city::export::{Format, MapOptions, Wanted, write_wanted};
 use city::{Built, Cache, Cancel, Settings, Silent, build_with, load};

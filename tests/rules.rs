@@ -227,7 +227,7 @@ fn is_noticed(tests: &Path, text: String) -> bool {
     !failed.is_empty()
 }
 
-/// `PLAT_MUTANTS=all cargo test -p suite --test rules` changes every number of every rule; else a few of each are changed.
+/// `PLAT_MUTANTS=all cargo test -p suite rules` changes every number of every rule; else a few of each are changed.
 #[test]
 fn a_changed_number_is_noticed() {
     let is_all = std::env::var("PLAT_MUTANTS").is_ok_and(|value| value == "all");

@@ -1,6 +1,6 @@
 //! Mutation fuzz of the street graph: random insertions and removals of hard inputs, held against the contract.
 //!
-//! `PLAT_FUZZ_OPS=1000000 cargo test -p suite --test fuzz_graph --release` runs the long version.
+//! `PLAT_FUZZ_OPS=1000000 cargo test -p suite --release fuzz_graph` runs the long version.
 
 use geom::Bounds;
 use geom::{Id, Point, Seed, predicates, tolerance};

@@ -68,6 +68,7 @@ fn main() {
     };
     println!("{:32} {}", "from scratch, nothing drawn", seconds(&[from_scratch(), from_scratch()]));
     steps(&gpu, &city);
+    cached(&gpu, &city);
     let worker = Worker::start(Some(gpu.clone()), Cache::in_memory(), Arc::new(|| {})).unwrap();
     let order = |changes| Order { city: city.clone(), rules: None, changes, colour_by: None };
     let begin = Instant::now();
@@ -143,9 +144,8 @@ fn steps(gpu: &Gpu, city: &Path) {
     let mut before: Option<(ModelScene, MapScene, Digests)> = None;
     for save in 0..4 {
         fs::write(&file, format!("{text}\n// step {save}\n")).unwrap();
-        let mut times = Vec::new();
-        let mut lap = Instant::now();
-        let mut done = |name: &'static str| times.push((name, std::mem::replace(&mut lap, Instant::now()).elapsed()));
+        let mut laps = Laps::begin();
+        let mut done = |name| laps.done(name);
         let loaded = load_as_written(city, None).unwrap();
         done("load");
         let sources = loaded.read_with(&cache).unwrap();
@@ -163,10 +163,59 @@ fn steps(gpu: &Gpu, city: &Path) {
         if save == 0 {
             continue;
         }
-        let told: Vec<String> = times.iter().map(|(name, time)| format!("{name} {:.2}", time.as_secs_f64())).collect();
-        println!("{:32} {}", "step by step", told.join(", "));
+        println!("{:32} {}", "step by step", laps.told());
     }
     fs::write(&file, text).unwrap();
+}
+
+/// What comes before the first picture of a city whose stages lie on disk, step by step.
+fn cached(gpu: &Gpu, city: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    for start in 0..3 {
+        let mut laps = Laps::begin();
+        let cache = Cache::on_disk(folder.path(), 1 << 30).unwrap();
+        laps.done("cache");
+        let loaded = load_as_written(city, None).unwrap();
+        laps.done("load");
+        let sources = loaded.read_with(&cache).unwrap();
+        laps.done("read");
+        let built = build_with(&sources, Settings::default(), &cache, &Silent, &Cancel::default()).unwrap();
+        laps.done("build");
+        let model = city::export::glb::model(&built.city, &cache);
+        laps.done("meshes");
+        ModelScene::of(gpu, &model, None);
+        laps.done("chunks of the model");
+        MapScene::of(gpu, &built.city, None, None);
+        laps.done("chunks of the map");
+        cache.flush();
+        if start > 0 {
+            println!("{:32} {}", "first picture, stages on disk", laps.told());
+        }
+    }
+}
+
+/// Times of steps, one after the other.
+struct Laps {
+    begin: Instant,
+    steps: Vec<(&'static str, Duration)>,
+}
+
+impl Laps {
+    fn begin() -> Self {
+        Self { begin: Instant::now(), steps: Vec::new() }
+    }
+
+    fn done(&mut self, name: &'static str) {
+        let now = Instant::now();
+        self.steps.push((name, now - std::mem::replace(&mut self.begin, now)));
+    }
+
+    fn told(&self) -> String {
+        let all: Duration = self.steps.iter().map(|(_, time)| *time).sum();
+        let steps: Vec<String> =
+            self.steps.iter().map(|(name, time)| format!("{name} {:.2}", time.as_secs_f64())).collect();
+        format!("{:.2}: {}", all.as_secs_f64(), steps.join(", "))
+    }
 }
 
 /// Frames of a city with far more than 100,000 buildings, all in sight, and of one with about as many.

@@ -1,7 +1,7 @@
 //! What one call of a rule costs: `cargo bench -p script`. Prints nanoseconds of processor time, the median of several rounds.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/suite/common.rs"]
 mod common;
 
 use common::{rule, tip};

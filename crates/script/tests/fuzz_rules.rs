@@ -4,6 +4,7 @@
 //! `PLAT_FUZZ_MUTANTS=100000 cargo test -p script --test fuzz_rules --release` runs the long version; `PLAT_FUZZ_FROM=700`
 //! with `PLAT_FUZZ_MUTANTS=1` runs the mutant of that number alone.
 
+#[path = "suite/common.rs"]
 mod common;
 #[path = "fuzz_rules/mutate.rs"]
 mod mutate;

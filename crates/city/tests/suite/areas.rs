@@ -1,8 +1,7 @@
 //! Where minors grow: in a polygon, in chosen quarters, in a rim outside all of them.
 
-#[path = "common/build.rs"]
-mod common;
-
+use crate::common::build::faultless;
+use crate::common::build::try_build as try_folder;
 use city::{Built, City, LoadError, Until};
 use geom::Vec2;
 use std::fs;
@@ -35,11 +34,11 @@ fn try_build(option: &str) -> Result<Built, LoadError> {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("city.rhai"), script(option)).expect("a script");
     fs::write(folder.path().join("districts.geojson"), DISTRICTS).expect("districts");
-    common::try_build(folder.path(), Until::Parcels)
+    try_folder(folder.path(), Until::Parcels)
 }
 
 fn built(option: &str) -> Built {
-    common::faultless(try_build(option))
+    faultless(try_build(option))
 }
 
 #[test]
@@ -49,7 +48,7 @@ fn a_quarter_that_is_not_there_is_told() {
         .replace("city(#{", "city(#{ quarters: #{ \"0123456789abcdef0123456789abcdef\": #{ seed: 1 } },");
     fs::write(folder.path().join("city.rhai"), text).expect("a script");
     fs::write(folder.path().join("districts.geojson"), DISTRICTS).expect("districts");
-    let built = common::faultless(common::try_build(folder.path(), Until::Streets));
+    let built = faultless(try_folder(folder.path(), Until::Streets));
     let told = "`quarters` names quarter 0123456789abcdef0123456789abcdef, which is not there";
     assert!(built.report.warnings.iter().any(|warning| warning == told), "{:?}", built.report.warnings);
 }

@@ -1,8 +1,6 @@
 //! Landmarks, and where streets of a stage grow, as city scripts tell them.
 
-mod common;
-
-use common::{city, headline};
+use crate::common::{city, headline};
 use geom::Vec2;
 use layout::Use;
 use script::{Fault, Plan, Rim, Within};

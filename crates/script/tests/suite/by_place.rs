@@ -1,8 +1,6 @@
 //! Parameters that differ by place: from maps, by district, in quarters.
 
-mod common;
-
-use common::{Folders, headline, shelf, tip};
+use crate::common::{self, Folders, headline, shelf, tip};
 use geom::{Bounds, Point, Polygon, Raster, Seed, Vec2};
 use proptest::prelude::*;
 use script::{

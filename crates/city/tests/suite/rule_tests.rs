@@ -1,9 +1,6 @@
 //! `plat test`: tests of rules as their writers run them.
 
-#[path = "common/command.rs"]
-mod common;
-
-use common::{place, plat, write};
+use crate::common::command::{place, plat, write};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -14,7 +11,7 @@ const RULE: &str = "//! Mine.\nparams(#{ length: metres(80).range(20, 200).about
 /// Runs `plat test` and asserts the status; all that it told.
 fn told(folder: &Path, arguments: &[&str], status: i32) -> String {
     let output = plat(folder, &[&["test"], arguments].concat());
-    let told = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    let told = String::from_utf8_lossy(&output.stdout).into_owned() + &*String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{arguments:?}: {told}");
     told
 }

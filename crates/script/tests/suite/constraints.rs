@@ -1,8 +1,6 @@
 //! Constraints of streets: chains, the standard chain's values, constraints of one's own.
 
-mod common;
-
-use common::{Folders, draft, headline, rule, shelf};
+use crate::common::{Folders, draft, headline, rule, shelf};
 use geom::{Angle, Polygon, Vec2};
 use script::{ConstraintPattern, Fault, Faults, Host, Plan, Source};
 use std::sync::Arc;

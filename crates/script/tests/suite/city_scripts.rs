@@ -1,8 +1,6 @@
 //! City scripts: plans, roles, errors.
 
-mod common;
-
-use common::{Folders, city, headline, shelf};
+use crate::common::{Folders, city, headline, shelf};
 use geom::{Angle, Id, Vec2};
 use script::{Fault, Host, Literal, Plan, Source, Value, WeightPlan};
 use std::sync::Arc;

@@ -1,10 +1,7 @@
 //! Presets: laid on a city, a class, a district and a quarter, from scripts and from the command line.
 
-#[path = "common/build.rs"]
-mod common;
-
+use crate::common::build::{faultless, try_build};
 use city::{Loaded, PresetError, Until, load};
-use common::{faultless, try_build};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

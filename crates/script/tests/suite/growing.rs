@@ -1,8 +1,6 @@
 //! The street patterns of the library, grown on land of known shape, and what can be measured of them.
 
-mod common;
-
-use common::rule;
+use crate::common::rule;
 use geom::{Angle, Bounds, Id, Point, Raster, Seed, Vec2};
 use script::{Faults, Host, Rule, StreetPattern};
 use std::collections::BTreeMap;

@@ -1,8 +1,6 @@
 //! What stages hang on: a change of the plan shows in the digests of the stages it matters to, and in no others.
 
-#[path = "common/mod.rs"]
-mod common;
-
+use crate::common;
 use script::{Plan, PlanDigests, heard};
 
 const CITY: &str = r#"

@@ -1,9 +1,7 @@
 //! Parcel and building rules, and what is left of a failing one.
 
-mod common;
-
+use crate::common::rule;
 use buildings::{Envelope, Setbacks};
-use common::rule;
 use geom::{Seed, Vec2};
 use layout::{Inner, RecursiveSettings, Squared};
 use script::{

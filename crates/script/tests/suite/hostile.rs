@@ -4,9 +4,7 @@
 //! These tables are for whoever wants to know what a script from a stranger can do. `policy.rs` says the same of single
 //! promises; `fuzz_rules.rs` looks for what nobody thought of.
 
-mod common;
-
-use common::{Folders, shelf, source, tip};
+use crate::common::{Folders, shelf, source, tip};
 use script::{Fault, Faults, Host, Source, StreetPattern};
 use std::sync::Arc;
 use streets::growth::GrowthRules;

@@ -1,8 +1,6 @@
 //! `plat stats`: the figures agree with those of an independent script, kept in `stats/expected.txt`.
 
-mod common;
-
-use common::check;
+use crate::common::check;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

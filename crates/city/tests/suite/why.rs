@@ -1,8 +1,6 @@
 //! `plat why`: the rule, the values, the lineage and the refusals behind what is in a layout.
 
-mod common;
-
-use common::check;
+use crate::common::check;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

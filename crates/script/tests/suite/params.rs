@@ -1,8 +1,6 @@
 //! Parameters: declaration, order, values, errors.
 
-mod common;
-
-use common::{headline, rule};
+use crate::common::{self, headline, rule};
 use script::{Domain, Literal, Rule, Unit};
 
 const TEXT: &str = "params(#{

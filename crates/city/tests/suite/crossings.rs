@@ -1,8 +1,6 @@
 //! Wishes for so many crossings per km², from the rule's parameter to the finished streets.
 
-#[path = "common/build.rs"]
-mod common;
-
+use crate::common::build::{faultless, try_build};
 use city::Until;
 use geom::Vec2;
 use std::fs;
@@ -19,7 +17,7 @@ fn per_km2(rule: &str, options: &str) -> f64 {
         }});"
     );
     fs::write(folder.path().join("city.rhai"), script).expect("a script");
-    let city = common::faultless(common::try_build(folder.path(), Until::Streets)).city;
+    let city = faultless(try_build(folder.path(), Until::Streets)).city;
     let (low, high) = (Vec2::splat(230.0), Vec2::splat(1970.0));
     let is_inside = |at: Vec2| at.cmpgt(low).all() && at.cmplt(high).all();
     let found = crossings(&city.runs);

@@ -1,11 +1,8 @@
 //! What a rule writer sees while looking at single things: `--trace`, `mark(x, y)`; and the library that a city keeps to.
 
-#[path = "common/command.rs"]
-mod common;
-
+use crate::common::command::{place, plat};
 use city::export::map::Colouring;
 use city::{Cancel, Settings, Silent, build, load};
-use common::{place, plat};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

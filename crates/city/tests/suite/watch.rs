@@ -1,9 +1,6 @@
 //! `plat build --watch`, beside `plat build` of the same files.
 
-#[path = "common/command.rs"]
-mod common;
-
-use common::{place, plat, write};
+use crate::common::command::{place, plat, write};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};

@@ -1,9 +1,6 @@
 //! What rule writers work with beside the build: `plat check`, `plat rules`, `plat new`.
 
-#[path = "common/command.rs"]
-mod common;
-
-use common::{place, plat, write};
+use crate::common::command::{place, plat, write};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

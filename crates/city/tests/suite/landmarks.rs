@@ -1,8 +1,7 @@
 //! Landmarks, from the script to the finished city.
 
-#[path = "common/build.rs"]
-mod common;
-
+use crate::common::build::faultless;
+use crate::common::build::try_build as try_folder;
 use city::export::{geojson, layout_file, map};
 use city::{Built, Cache, City, LoadError, Until, validate};
 use geom::predicates::meets;
@@ -39,11 +38,11 @@ fn place(script: &str) -> tempfile::TempDir {
 }
 
 fn try_build(script: &str) -> Result<Built, LoadError> {
-    common::try_build(place(script).path(), Until::Buildings)
+    try_folder(place(script).path(), Until::Buildings)
 }
 
 fn built(script: &str) -> Built {
-    common::faultless(try_build(script))
+    faultless(try_build(script))
 }
 
 fn city_of(script: &str) -> City {
@@ -176,7 +175,7 @@ city(#{{
     let density = image::GrayImage::from_fn(60, 60, |x, y| image::Luma([if x < 25 && y > 35 { 200 } else { 0 }]));
     density.save(maps.join("density.png")).expect("a picture");
     fs::write(maps.join("density.json"), "{\"pixel_size_m\": 100, \"value\": {\"scale\": 20}}").expect("a sidecar");
-    (*common::faultless(common::try_build(folder.path(), Until::Streets)).city).clone()
+    (*faultless(try_folder(folder.path(), Until::Streets)).city).clone()
 }
 
 /// How near the streets of a class come to a place, metres.

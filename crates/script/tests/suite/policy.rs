@@ -1,8 +1,6 @@
 //! The policy of the rule language: what scripts cannot do, and how they are told.
 
-mod common;
-
-use common::{city, headline, rule, rule_among, shelf, tip};
+use crate::common::{city, headline, rule, rule_among, shelf, source, tip};
 use proptest::prelude::*;
 use script::{Fault, Faults, Rule, StreetPattern};
 use std::sync::Arc;
@@ -187,7 +185,7 @@ fn circles_of_imports_are_told() {
 fn an_import_takes_the_same_of_the_limit_whoever_came_first() {
     let wait = "let i = 0;\nwhile i < 10_000 { i += 1; }\n";
     let host = script::Host::new(vec![shelf(&[("long.rhai", wait)])]);
-    let load = |text: &str| host.rule_of("mine", &common::source(&format!("{text}fn propose(tip, p) {{ }}")));
+    let load = |text: &str| host.rule_of("mine", &source(&format!("{text}fn propose(tip, p) {{ }}")));
     let both = format!("import \"long\" as l;\n{wait}");
     let first = load(&both).expect_err("too long");
     assert_eq!(first.message, "stopped after 100000 operations");

@@ -1,8 +1,6 @@
 //! The snippets of `rules/README.md`, and the rules of the library, run.
 
-mod common;
-
-use common::{Folders, city, rule, tip};
+use crate::common::{self, Folders, city, rule, tip};
 use script::{
     AssignPattern, BlockContext, BuildingPattern, ConstraintPattern, Faults, Host, ParcelPattern, Rule, RuleKind,
     ShapeContext, Source, StreetPattern,
@@ -11,7 +9,7 @@ use std::sync::Arc;
 use streets::Classes;
 use streets::growth::{Chain, Constrain, GrowthRules};
 
-const README: &str = include_str!("../../../rules/README.md");
+const README: &str = include_str!("../../../../rules/README.md");
 
 /// The code blocks with a given head.
 fn snippets(head: &str) -> Vec<String> {

@@ -1,9 +1,7 @@
 //! Districts in city scripts and in rules.
 
-mod common;
-
+use crate::common::{city, headline, rule, tip};
 use buildings::{Envelope, Setbacks};
-use common::{city, headline, rule, tip};
 use geom::{Bounds, Point, Polygon, Seed, Vec2};
 use script::{
     BlockContext, BuildingChoice, BuildingPattern, DistrictPlan, Faults, MapRef, ParcelChoice, ParcelPattern,
