@@ -103,21 +103,26 @@ impl Terrain {
         let errors: Vec<AtomicU32> = self.heights.iter().map(|_| AtomicU32::new(0)).collect();
         let known = |at: usize| f32::from_bits(errors[at].load(Ordering::Relaxed));
         let is_level = self.heights.iter().all(|&height| height == self.heights[0]);
+        let ground = self.kinds_of_ground();
         let tiles: Vec<Cell> = self.tile_cells().collect();
-        for depth in (0..2 * self.halvings).rev() {
+        let last = 2 * self.halvings;
+        for depth in (0..last).rev() {
             tiles.par_iter().flat_map_iter(|&tile| self.roots(tile)).for_each(|root| {
                 self.at_depth(root, depth, &mut |triangle| {
-                    let mut error = self.rim_error(triangle);
-                    if depth + 1 < 2 * self.halvings {
-                        for [a, b, _] in halves(triangle) {
-                            error = error.max(known(self.index(middle(a, b))));
-                        }
+                    let [a, b, c] = triangle;
+                    let at = self.index(middle(a, b));
+                    let mut error = self.rim_error(&ground, triangle, at);
+                    if depth + 1 < last {
+                        // The long sides of the halves are the short ones of the whole.
+                        error = error.max(known(self.index(middle(c, a)))).max(known(self.index(middle(b, c))));
                     }
                     // Only whether the promise holds matters, so that what is split anyway is not measured.
                     if !is_level && f64::from(error) <= ERROR_M {
-                        error = error.max(self.height_error(triangle));
+                        let is_last = depth + 1 == last;
+                        let of_heights =
+                            if is_last { self.middle_error(triangle, at) } else { self.height_error(triangle) };
+                        error = error.max(of_heights);
                     }
-                    let at = self.index(middle(triangle[0], triangle[1]));
                     errors[at].fetch_max(error.to_bits(), Ordering::Relaxed);
                 });
             });
@@ -125,28 +130,37 @@ impl Terrain {
         self.errors = errors.into_iter().map(|error| f32::from_bits(error.into_inner())).collect();
     }
 
+    /// On which side of shores and of park rims each grid point lies; empty where there are none.
+    fn kinds_of_ground(&self) -> Vec<u8> {
+        let bit = |mask: &[f32], at: usize| u8::from(mask.get(at).is_some_and(|&value| value > 0.0));
+        let masks = self.land.len().max(self.park.len());
+        (0..masks).into_par_iter().map(|at| bit(&self.land, at) | bit(&self.park, at) << 1).collect()
+    }
+
     /// Endless where a shore or park rim passes between the corners and the middle of the long side.
-    fn rim_error(&self, [a, b, c]: Triangle) -> f32 {
-        let middle = self.index(middle(a, b));
-        let corners = [a, b, c].map(|cell| self.index(cell));
-        let mixed = |mask: &[f32]| !mask.is_empty() && corners.iter().any(|&i| (mask[i] > 0.0) != (mask[middle] > 0.0));
-        if mixed(&self.land) || mixed(&self.park) { f32::INFINITY } else { 0.0 }
+    fn rim_error(&self, ground: &[u8], [a, b, c]: Triangle, middle: usize) -> f32 {
+        let differs = |cell: Cell| ground[self.index(cell)] != ground[middle];
+        if !ground.is_empty() && (differs(a) || differs(b) || differs(c)) { f32::INFINITY } else { 0.0 }
+    }
+
+    /// The same as [`Self::height_error`] for a triangle with no other grid point than the middle of its long side.
+    fn middle_error(&self, [a, b, _]: Triangle, middle: usize) -> f32 {
+        let height = |at: usize| f64::from(self.heights[at]);
+        (0.5 * height(self.index(a)) + 0.5 * height(self.index(b)) - height(middle)).abs() as f32
     }
 
     /// How far the grid points in a triangle lie off its plane at most, in metres; not beyond the first that lies too
     /// far off.
     fn height_error(&self, triangle: Triangle) -> f32 {
-        let wide = triangle.map(|(x, y)| (x as i64, y as i64));
-        let [a, b, c] = wide;
+        let wide = |(x, y): Cell| (x as i64, y as i64);
+        let (a, b, c) = (wide(triangle[0]), wide(triangle[1]), wide(triangle[2]));
         let whole = cross(a, b, c) as f64;
-        let [p, q, r] = triangle.map(|cell| f64::from(self.heights[self.index(cell)]));
-        let span = |pick: fn((i64, i64)) -> i64| {
-            let [a, b, c] = wide.map(pick);
-            a.min(b).min(c)..=a.max(b).max(c)
-        };
+        let height = |cell: Cell| f64::from(self.heights[self.index(cell)]);
+        let (p, q, r) = (height(triangle[0]), height(triangle[1]), height(triangle[2]));
+        let span = |a: i64, b: i64, c: i64| a.min(b).min(c)..=a.max(b).max(c);
         let mut error = 0f64;
-        for y in span(|p| p.1) {
-            for x in span(|p| p.0) {
+        for y in span(a.1, b.1, c.1) {
+            for x in span(a.0, b.0, c.0) {
                 let (second, third) = (cross(a, (x, y), c) as f64 / whole, cross(a, b, (x, y)) as f64 / whole);
                 let first = 1.0 - second - third;
                 if first < 0.0 || second < 0.0 || third < 0.0 {
@@ -178,7 +192,9 @@ impl Terrain {
         if depth == 0 {
             return f(triangle);
         }
-        halves(triangle).into_iter().for_each(|half| self.at_depth(half, depth - 1, f));
+        let [one, other] = halves(triangle);
+        self.at_depth(one, depth - 1, f);
+        self.at_depth(other, depth - 1, f);
     }
 
     /// Whether a triangle of a depth is split.
@@ -192,14 +208,16 @@ impl Terrain {
             return;
         }
         if self.is_split(within, depth) {
-            halves(within).into_iter().for_each(|half| self.for_leaves(half, depth + 1, near, f));
+            let [one, other] = halves(within);
+            self.for_leaves(one, depth + 1, near, f);
+            self.for_leaves(other, depth + 1, near, f);
         } else {
             f(within);
         }
     }
 
     fn may_touch(&self, triangle: Triangle, (low, high): (Vec2, Vec2)) -> bool {
-        let [a, b, c] = triangle.map(|cell| self.place(cell));
+        let (a, b, c) = (self.place(triangle[0]), self.place(triangle[1]), self.place(triangle[2]));
         let (least, most) = (a.min(b).min(c), a.max(b).max(c));
         least.cmple(high).all() && most.cmpge(low).all()
     }
@@ -220,10 +238,15 @@ impl Terrain {
         Corner { at, height, normal: Vec3::new(-x, -y, 1.0) }
     }
 
+    /// A triangle with its corners counter-clockwise.
+    fn turned(&self, [a, b, c]: Triangle) -> Triangle {
+        let (p, q, r) = (self.place(a), self.place(b), self.place(c));
+        if (q - p).perp_dot(r - p) > 0.0 { [a, b, c] } else { [b, a, c] }
+    }
+
     /// The corners of a triangle, counter-clockwise.
-    fn corners(&self, [a, b, c]: Triangle) -> [Corner; 3] {
-        let [p, q, r] = [a, b, c].map(|cell| self.corner(cell));
-        if (q.at - p.at).perp_dot(r.at - p.at) > 0.0 { [p, q, r] } else { [q, p, r] }
+    fn corners(&self, triangle: Triangle) -> [Corner; 3] {
+        self.turned(triangle).map(|cell| self.corner(cell))
     }
 
     /// Height of the terrain in metres; at the rim for places outside.
@@ -258,20 +281,25 @@ impl Terrain {
     pub fn drape(&self, polygon: &[Vec2], lift: f64, f: &mut impl FnMut(&[Corner])) {
         let Some((&first, rest)) = polygon.split_first() else { return };
         let near = rest.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
+        // Most triangles near a street are missed by it, so that nothing is found of them, nor room for it, until need be.
+        let (mut piece, mut cut, mut on_ground) = (Vec::new(), Vec::new(), Vec::new());
         self.for_leaves_near(near, &mut |triangle| {
-            let corners = self.corners(triangle);
-            let mut piece = polygon.to_vec();
-            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-                piece = clipped(
-                    &piece,
-                    |p| (corners[b].at - corners[a].at).perp_dot(*p - corners[a].at),
-                    |p, q, t| p.lerp(*q, t),
-                );
+            let cells = self.turned(triangle);
+            let [a, b, c] = cells.map(|cell| self.place(cell));
+            piece.clear();
+            piece.extend_from_slice(polygon);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                clip(&piece, |&p| (to - from).perp_dot(p - from), |p, q, t| p.lerp(*q, t), &mut cut);
+                std::mem::swap(&mut piece, &mut cut);
             }
             if area(&piece) > LEAST_PIECE_M2 {
-                let on_ground = |&at: &Vec2| interpolated(&corners, at);
-                let lifted = |corner: Corner| Corner { height: corner.height + lift, ..corner };
-                f(&piece.iter().map(on_ground).map(lifted).collect::<Vec<_>>());
+                let corners = cells.map(|cell| self.corner(cell));
+                on_ground.clear();
+                on_ground.extend(piece.iter().map(|&at| {
+                    let corner = interpolated(&corners, at);
+                    Corner { height: corner.height + lift, ..corner }
+                }));
+                f(&on_ground);
             }
         });
     }
@@ -339,10 +367,7 @@ impl Terrain {
 
     /// Adds a triangle whose corners are shared with its neighbours.
     fn push_shared(&self, mesh: &mut geom::Mesh, origin: Vec2, triangle: Triangle, known: &mut FxHashMap<Cell, u32>) {
-        let [a, b, c] = triangle;
-        let (p, q, r) = (self.place(a), self.place(b), self.place(c));
-        let turned = if (q - p).perp_dot(r - p) > 0.0 { [a, b, c] } else { [b, a, c] };
-        for cell in turned {
+        for cell in self.turned(triangle) {
             let index = *known.entry(cell).or_insert_with(|| {
                 let next = mesh.positions.len() as u32;
                 push_corners(mesh, &[self.corner(cell)], origin);
@@ -434,6 +459,13 @@ fn interpolated(corners: &[Corner; 3], at: Vec2) -> Corner {
 /// The part of a convex polygon where `side` is not negative (Sutherland and Hodgman 1974).
 fn clipped<P: Copy>(polygon: &[P], side: impl Fn(&P) -> f64, between: impl Fn(&P, &P, f64) -> P) -> Vec<P> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
+    clip(polygon, side, between, &mut kept);
+    kept
+}
+
+/// The same, into a list that is emptied first.
+fn clip<P: Copy>(polygon: &[P], side: impl Fn(&P) -> f64, between: impl Fn(&P, &P, f64) -> P, kept: &mut Vec<P>) {
+    kept.clear();
     for (i, p) in polygon.iter().enumerate() {
         let q = &polygon[(i + 1) % polygon.len()];
         let (here, there) = (side(p), side(q));
@@ -444,7 +476,6 @@ fn clipped<P: Copy>(polygon: &[P], side: impl Fn(&P) -> f64, between: impl Fn(&P
             kept.push(between(p, q, here / (here - there)));
         }
     }
-    kept
 }
 
 /// Area of a polygon in m².
