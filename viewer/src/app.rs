@@ -3,7 +3,7 @@
 use crate::command::Arguments;
 use crate::history::History;
 use crate::lost::Lost;
-use crate::panels::{Docks, Pane, usual};
+use crate::panels::{self, Docks, Pane, usual};
 use crate::pictures::Pictures;
 use crate::preferences::{Bookmark, Preferences, Theme};
 use crate::render::Gpu;
@@ -20,6 +20,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct App {
     state: State,
     docks: egui_tiles::Tree<Pane>,
+    /// Whether panels were laid out otherwise since that was remembered.
+    docked: bool,
     /// Whether what can be done is listed.
     palette: bool,
     /// A path being typed, where the system has no dialogs.
@@ -116,8 +118,9 @@ impl App {
         let state = State::new(gpu, preferences, rules, wake);
         chosen(&context.egui_ctx, &state.preferences);
         Self {
+            docks: panels::read(state.preferences.docks.as_ref()),
+            docked: false,
             state,
-            docks: usual(),
             palette: false,
             path: None,
             closing: false,
@@ -176,6 +179,15 @@ impl App {
         &mut self.state
     }
 
+    /// Remembers how panels are laid out, once nothing is held any more.
+    fn remember_docks(&mut self, ui: &Ui) {
+        if self.docked && !ui.ctx().input(|input| input.pointer.any_down()) {
+            self.docked = false;
+            self.state.preferences.docks = panels::written(&self.docks);
+            self.state.remember();
+        }
+    }
+
     /// Shows a pane.
     pub fn bring_up(&mut self, pane: Pane) {
         self.docks.make_active(|_, tile| matches!(tile, egui_tiles::Tile::Pane(other) if *other == pane));
@@ -219,6 +231,8 @@ enum Action {
     GoTo(usize),
     /// Gives the graphics device up and takes another.
     Restart,
+    /// Lays panels out as at first.
+    Usual,
     Show(Pane),
 }
 
@@ -244,6 +258,7 @@ impl Action {
                 Self::Show(Pane::Timeline),
                 Self::Show(Pane::Console),
                 Self::Show(Pane::Source),
+                Self::Usual,
                 Self::Restart,
             ],
         ),
@@ -266,6 +281,7 @@ impl Action {
             Self::Smaller => "Smaller",
             Self::GoTo(_) => "Go to a view that was kept",
             Self::Restart => "Start graphics anew",
+            Self::Usual => "Put panels back",
             Self::Show(pane) => pane.name(),
         }
     }
@@ -283,7 +299,7 @@ impl Action {
             Self::Larger => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Plus),
             Self::Smaller => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Minus),
             Self::GoTo(index) => with_command(*DIGITS.get(index)?),
-            Self::ResetAll | Self::Cancel | Self::Restart | Self::Show(_) => return None,
+            Self::ResetAll | Self::Cancel | Self::Restart | Self::Usual | Self::Show(_) => return None,
         })
     }
 
@@ -302,7 +318,7 @@ impl Action {
             Self::Restart => state.gpu().is_some(),
             Self::Cancel => state.under.is_some(),
             Self::Why => state.selected.is_some(),
-            Self::Open | Self::Palette | Self::Larger | Self::Smaller | Self::Show(_) => true,
+            Self::Open | Self::Palette | Self::Larger | Self::Smaller | Self::Usual | Self::Show(_) => true,
         }
     }
 }
@@ -338,6 +354,10 @@ impl App {
                 if let Some(gpu) = self.state.gpu() {
                     gpu.device.destroy();
                 }
+            }
+            Action::Usual => {
+                self.docks = usual();
+                self.docked = true;
             }
             Action::Show(pane) => self.bring_up(pane),
         }
@@ -626,9 +646,11 @@ impl eframe::App for App {
         if self.state.city.is_none() {
             CentralPanel::default().show(ui, |ui| ScrollArea::vertical().show(ui, |ui| self.start(ui)));
         } else {
-            let mut docks = Docks { state: &mut self.state, render: frame.wgpu_render_state() };
+            let render = frame.wgpu_render_state();
+            let mut docks = Docks { state: &mut self.state, render, changed: &mut self.docked };
             CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.docks.ui(&mut docks, ui));
         }
+        self.remember_docks(ui);
         self.state.tell_sight();
         self.show_palette(ui);
         self.show_path(ui);

@@ -52,6 +52,8 @@ pub struct Preferences {
     pub bookmarks: BTreeMap<PathBuf, Vec<Bookmark>>,
     /// What opens a place in a script: see [`crate::editor::open`].
     pub editor: String,
+    /// How panels are laid out, as [`crate::panels::written`] writes it; the usual way when none.
+    pub docks: Option<serde_json::Value>,
 }
 
 /// Where one looked from.
@@ -74,6 +76,7 @@ impl Default for Preferences {
             layers: Layers::default(),
             bookmarks: BTreeMap::new(),
             editor: crate::editor::USUAL.into(),
+            docks: None,
         }
     }
 }

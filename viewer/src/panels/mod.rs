@@ -78,6 +78,8 @@ pub struct Docks<'a> {
     pub state: &'a mut State,
     /// What draws.
     pub render: Option<&'a RenderState>,
+    /// Becomes true where people lay them out otherwise.
+    pub changed: &'a mut bool,
 }
 
 impl egui_tiles::Behavior<Pane> for Docks<'_> {
@@ -118,6 +120,10 @@ impl egui_tiles::Behavior<Pane> for Docks<'_> {
         egui_tiles::UiResponse::None
     }
 
+    fn on_edit(&mut self, _: egui_tiles::EditAction) {
+        *self.changed = true;
+    }
+
     fn simplification_options(&self) -> egui_tiles::SimplificationOptions {
         egui_tiles::SimplificationOptions { all_panes_must_have_tabs: true, ..Default::default() }
     }
@@ -147,8 +153,59 @@ pub fn usual() -> egui_tiles::Tree<Pane> {
     egui_tiles::Tree::new(egui::Id::unique("docks"), root, tiles)
 }
 
+/// Panes laid out in docks, as they are kept from one start to the next.
+pub fn written(docks: &egui_tiles::Tree<Pane>) -> Option<serde_json::Value> {
+    serde_json::to_value(docks).ok()
+}
+
+/// Panes as they were laid out; the usual way where what was kept does not hold each of them once.
+pub fn read(kept: Option<&serde_json::Value>) -> egui_tiles::Tree<Pane> {
+    let read = || serde_json::from_value::<egui_tiles::Tree<Pane>>(kept?.clone()).ok();
+    read().filter(|docks| panes(docks) == panes(&usual())).unwrap_or_else(usual)
+}
+
+/// All that can be reached in docks.
+fn panes(docks: &egui_tiles::Tree<Pane>) -> Vec<Pane> {
+    let (mut found, mut left, mut seen) = (Vec::new(), Vec::from_iter(docks.root()), Vec::new());
+    while let Some(id) = left.pop() {
+        // What was edited by hand may go in circles.
+        if seen.contains(&id) {
+            continue;
+        }
+        seen.push(id);
+        match docks.tiles.get(id) {
+            Some(egui_tiles::Tile::Pane(pane)) => found.push(*pane),
+            Some(egui_tiles::Tile::Container(container)) => left.extend(container.children().copied()),
+            None => {}
+        }
+    }
+    found.sort();
+    found
+}
+
 /// Names a widget that shows none, for those who hear what others see.
 fn called(response: egui::Response, name: &str) -> egui::Response {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
     response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    #[test]
+    fn docks_are_read_as_they_were_written_and_broken_ones_are_as_none() {
+        let mut docks = usual();
+        docks.make_active(|_, tile| matches!(tile, egui_tiles::Tile::Pane(Pane::Console)));
+        let kept = written(&docks).unwrap();
+        assert_eq!(read(Some(&kept)), docks);
+        assert_ne!(docks, usual());
+        assert_eq!(read(None), usual());
+        assert_eq!(read(Some(&Value::from("docks"))), usual());
+        let text = kept.to_string();
+        let lost = text.replacen("\"Console\"", "\"Source\"", 1);
+        assert_ne!(lost, text);
+        assert_eq!(read(Some(&serde_json::from_str(&lost).unwrap())), usual(), "one panel twice, another not at all");
+    }
 }

@@ -36,10 +36,15 @@ pub fn copy(from: &Path, to: &Path) {
 }
 
 pub fn window() -> Harness<'static, App> {
+    window_of(None)
+}
+
+/// A window with preferences in a file.
+pub fn window_of(preferences: Option<PathBuf>) -> Harness<'static, App> {
     Harness::builder()
         .with_size([1500.0, 1800.0])
         .with_max_steps(64)
-        .build_eframe(|context| App::new(context, None, None))
+        .build_eframe(|context| App::new(context, preferences, None))
 }
 
 /// Goes on until everything that was asked for is done.

@@ -457,6 +457,33 @@ fn another_window_goes_on_where_one_ended() {
 }
 
 #[test]
+fn panels_stay_where_they_were_put() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let file = folder.path().join("viewer.json");
+    let is_shown = |window: &Harness<App>| window.query_by_role_and_label(Role::Button, "Run").is_some();
+    let mut first = window_of(Some(file.clone()));
+    open(&mut first, &city);
+    assert!(!is_shown(&first));
+    click(&mut first, "Console");
+    assert!(is_shown(&first));
+    drop(first);
+    let mut second = window_of(Some(file.clone()));
+    open(&mut second, &city);
+    assert!(is_shown(&second), "{}", fs::read_to_string(&file).unwrap());
+    second.key_press_modifiers(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P);
+    settle(&mut second);
+    type_into(&mut second, "All that can be done", "panels back");
+    second.key_press(Key::Enter);
+    settle(&mut second);
+    assert!(!is_shown(&second));
+    drop(second);
+    let mut third = window_of(Some(file));
+    open(&mut third, &city);
+    assert!(!is_shown(&third));
+}
+
+#[test]
 fn the_loss_of_a_device_is_heard_and_ends_nothing() {
     let Ok(gpu) = viewer::render::Gpu::headless() else { return println!("SKIPPED: no graphics adapter") };
     let lost = viewer::lost::Lost::of(&gpu, std::sync::Arc::new(|| {}));
