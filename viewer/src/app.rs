@@ -3,7 +3,7 @@
 use crate::command::Arguments;
 use crate::history::History;
 use crate::lost::Lost;
-use crate::panels::{self, Docks, Pane, usual};
+use crate::panels::{self, Docks, Pane, busy, usual};
 use crate::pictures::Pictures;
 use crate::preferences::{Bookmark, Preferences, Theme};
 use crate::render::Gpu;
@@ -425,7 +425,7 @@ impl App {
     fn status(&mut self, ui: &mut Ui) {
         ui.separator();
         if let Some((stage, share)) = self.state.under {
-            ui.spinner();
+            busy(ui);
             let percent = share.map_or(String::new(), |share| format!(" {:.0} %", share * 100.0));
             ui.label(format!("{stage}{percent}"));
             if ui.small_button("Give up").clicked() {

@@ -1,5 +1,6 @@
 //! Rhai on the open city.
 
+use super::busy;
 use crate::state::{Command, State};
 use eframe::egui::{Key, RichText, ScrollArea, TextEdit, Ui};
 
@@ -34,7 +35,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         }
         run |= ui.button("Run").clicked();
         if console.is_busy() {
-            ui.spinner();
+            busy(ui);
         }
     });
     if run {

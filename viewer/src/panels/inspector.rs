@@ -1,6 +1,6 @@
 //! What is picked: its measures, and why it is there.
 
-use super::called;
+use super::{busy, called};
 use super::source::Place;
 use crate::inspect::facts;
 use crate::state::{Command, State};
@@ -33,7 +33,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     });
     if state.asked.is_busy() {
         ui.horizontal(|ui| {
-            ui.spinner();
+            busy(ui);
             ui.label("The city is grown once more, to see why");
         });
     }

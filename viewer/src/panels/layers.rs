@@ -1,6 +1,6 @@
 //! What is shown, and how.
 
-use super::called;
+use super::{busy, called};
 use crate::scene::LayerKind;
 use crate::shown::MODEL_PARTS;
 use crate::state::{Command, State};
@@ -94,7 +94,7 @@ fn growth(ui: &mut Ui, state: &mut State) {
             ui.colored_label(ui.visuals().error_fg_color, error);
         }
         None => {
-            ui.spinner();
+            busy(ui);
         }
     }
 }

@@ -183,6 +183,25 @@ fn panes(docks: &egui_tiles::Tree<Pane>) -> Vec<Pane> {
     found
 }
 
+/// Turns of the sign that something is under way, a second.
+const STEPS_A_SECOND: f64 = 4.0;
+
+/// Shows that something is under way. It turns step by step: egui's own spinner has the window painted as often as can be, and
+/// where that is done in software, what is under way waits for it.
+pub fn busy(ui: &mut Ui) {
+    let size = ui.style().spacing.interact_size.y;
+    let (place, response) = ui.allocate_exact_size(egui::Vec2::splat(size), egui::Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, "Under way"));
+    let step = (ui.input(|input| input.time) * STEPS_A_SECOND) as usize % 8;
+    for i in 0..8 {
+        let way = egui::Vec2::angled(i as f32 * std::f32::consts::TAU / 8.0) * (size * 0.32);
+        let strength = if i == step { 1.0 } else { 0.3 };
+        let colour = ui.visuals().text_color().gamma_multiply(strength);
+        ui.painter().circle_filled(place.center() + way, size * 0.08, colour);
+    }
+    ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(1.0 / STEPS_A_SECOND));
+}
+
 /// Names a widget that shows none, for those who hear what others see.
 fn called(response: egui::Response, name: &str) -> egui::Response {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));

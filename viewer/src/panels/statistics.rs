@@ -1,5 +1,6 @@
 //! Counts and lengths of the city, and what can be measured of it beside the real place.
 
+use super::busy;
 use crate::evidence::Statistics;
 use crate::state::{Command, State};
 use city::measure::{Figure, MEASURES};
@@ -35,7 +36,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         }
         None if state.statistics.is_busy() => {
             ui.horizontal(|ui| {
-                ui.spinner();
+                busy(ui);
                 ui.label("The city is being measured");
             });
         }

@@ -1,5 +1,6 @@
 //! How the city grew, step by step.
 
+use super::busy;
 use crate::state::State;
 use eframe::egui::{Slider, Ui};
 
@@ -19,7 +20,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
             timeline.leave();
         }
         if timeline.is_busy() && timeline.moment.is_none() {
-            ui.spinner();
+            busy(ui);
             ui.label("The city is grown once more, to see how");
         }
     });
