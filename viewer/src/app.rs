@@ -434,6 +434,10 @@ impl App {
         } else if self.state.failure.is_some() {
             ui.colored_label(ui.visuals().error_fg_color, "does not build: see Problems");
         } else if let Some(ready) = &self.state.ready {
+            let faults = ready.built.report.faults.len();
+            if faults > 0 {
+                ui.colored_label(ui.visuals().error_fg_color, "rules failed: see Problems");
+            }
             let buildings = ready.built.city.buildings.len();
             ui.weak(format!("{}: {buildings} buildings, {:.2} s", ready.built.city.name, ready.took.as_secs_f64()));
         }
@@ -533,7 +537,7 @@ impl App {
 
     /// Changes that an earlier run left unsaved, until people say what becomes of them.
     fn show_recovery(&mut self, ui: &mut Ui) {
-        if self.state.recovery.found.is_none() {
+        if self.state.recovery.found.is_empty() {
             return;
         }
         Panel::bottom("recovery").show(ui, |ui| {
@@ -651,6 +655,9 @@ impl eframe::App for App {
             CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.docks.ui(&mut docks, ui));
         }
         self.remember_docks(ui);
+        if ui.ctx().input(|input| input.pointer.any_released()) {
+            self.state.commands.push(Command::LetGo);
+        }
         self.state.tell_sight();
         self.show_palette(ui);
         self.show_path(ui);

@@ -70,10 +70,17 @@ fn failed(error: &dyn fmt::Display) -> Failure {
     Failure { status: 3, message: error.to_string() }
 }
 
+/// Most pixels of a picture.
+const MOST_PIXELS: u64 = 64_000_000;
+
 fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once(['x', '×']).and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
     let fits = |sides: &[u32; 2]| sides.iter().all(|side| (1..=16_384).contains(side));
-    sides.filter(fits).ok_or_else(|| format!("`{text}` is no size: write 1600x1000, at most 16384 each way"))
+    // Several layers with several samples each: more takes all memory there is.
+    let is_paid = |[width, height]: &[u32; 2]| u64::from(*width) * u64::from(*height) <= MOST_PIXELS;
+    sides.filter(fits).filter(is_paid).ok_or_else(|| {
+        format!("`{text}` is no size: write 1600x1000, at most 16384 each way and 64 million pixels in all")
+    })
 }
 
 /// Does what the command line asks for.

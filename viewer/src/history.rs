@@ -86,6 +86,11 @@ impl History {
         can
     }
 
+    /// The changes that are on disk, as far as is known.
+    pub fn saved(&self) -> &Changes {
+        &self.saved
+    }
+
     /// Whether the present state is that on disk.
     pub fn is_saved(&self) -> bool {
         self.now() == self.saved

@@ -10,45 +10,117 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default)]
 pub struct Recovery {
     folder: Option<PathBuf>,
-    /// Changes of the open city that were not saved when the program ended.
-    pub found: Option<Changes>,
+    /// Changes of the open city that were not saved when programs ended, the newest last. People are asked about one after
+    /// the other.
+    pub found: Vec<Changes>,
 }
+
+/// Most ends of a program, one after the other, whose changes are kept without an answer.
+const MOST: usize = 20;
 
 impl Recovery {
     /// Keeps them beside the file of preferences; without one, nothing is kept.
     pub fn beside(preferences: Option<&Path>) -> Self {
-        Self { folder: preferences.and_then(Path::parent).map(|folder| folder.join("unsaved")), found: None }
+        Self { folder: preferences.and_then(Path::parent).map(|folder| folder.join("unsaved")), found: Vec::new() }
     }
 
-    /// The file for a city.
-    fn file(&self, city: &Path) -> Option<PathBuf> {
+    /// The file for a city, where so many others wait for an answer.
+    fn file(&self, city: &Path, waiting: usize) -> Option<PathBuf> {
         let name = Id::of_text("unsaved", &whole(city).to_string_lossy());
-        Some(self.folder.as_ref()?.join(format!("{name}.changes")))
+        let number = if waiting == 0 { String::new() } else { format!(".{waiting}") };
+        Some(self.folder.as_ref()?.join(format!("{name}{number}.changes")))
     }
 
-    /// Keeps the changes of a city that are not saved; takes what was kept away when all are. While changes found here wait
-    /// for an answer they are not written over.
+    /// Keeps the changes of a city that are not saved; takes what was kept away when all are. What was found here and waits for
+    /// an answer stays.
     ///
     /// # Errors
     /// When they cannot be written.
     pub fn keep(&self, city: &Path, unsaved: Option<&Changes>) -> Result<(), String> {
-        let Some(file) = self.file(city).filter(|_| self.found.is_none()) else { return Ok(()) };
-        let Some(changes) = unsaved else {
-            return match fs::remove_file(&file) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error.to_string()),
-                _ => Ok(()),
-            };
-        };
-        if let Some(folder) = &self.folder {
-            fs::create_dir_all(folder).map_err(|error| error.to_string())?;
+        if let Some(changes) = unsaved {
+            self.write(city, self.found.len(), changes)?;
         }
+        // What was answered is gone.
+        self.remove_from(city, self.found.len() + usize::from(unsaved.is_some()))
+    }
+
+    fn write(&self, city: &Path, waiting: usize, changes: &Changes) -> Result<(), String> {
+        let (Some(folder), Some(file)) = (&self.folder, self.file(city, waiting)) else { return Ok(()) };
+        fs::create_dir_all(folder).map_err(|error| error.to_string())?;
         let text = changes.plain();
         city::export::write_atomically(&file, |out| out.write_all(text.as_bytes())).map_err(|error| error.to_string())
     }
 
+    fn remove_from(&self, city: &Path, first: usize) -> Result<(), String> {
+        for file in (first..MOST).filter_map(|waiting| self.file(city, waiting)) {
+            match fs::remove_file(&file) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error.to_string()),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     /// Looks for changes of a city that was opened; those that are the saved ones are none.
     pub fn find(&mut self, city: &Path, saved: &Changes) {
-        let read = |file: &Path| Changes::read(file).ok().flatten();
-        self.found = self.file(city).and_then(|file| read(&file)).filter(|found| found != saved);
+        let files = (0..MOST).filter_map(|waiting| self.file(city, waiting));
+        let all: Vec<Changes> = files.filter_map(|file| Changes::read(&file).ok().flatten()).collect();
+        let mut found: Vec<Changes> = all.iter().filter(|&changes| changes != saved).cloned().collect();
+        found.dedup();
+        // They lie in the files of their numbers. Those of full disks are asked about again at the next start.
+        if found != all && found.iter().enumerate().all(|(number, changes)| self.write(city, number, changes).is_ok()) {
+            let _ = self.remove_from(city, found.len());
+        }
+        self.found = found;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changes(seed: u64) -> Changes {
+        let mut changes = Changes::default();
+        changes.seed = Some(seed);
+        changes
+    }
+
+    #[test]
+    fn what_comes_while_nobody_has_answered_is_kept_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let city = folder.path().join("town");
+        let saved = Changes::default();
+        let start = || {
+            let mut recovery = Recovery::beside(Some(&folder.path().join("viewer.json")));
+            recovery.find(&city, &saved);
+            recovery
+        };
+        start().keep(&city, Some(&changes(1))).unwrap();
+        let second = start();
+        assert_eq!(second.found, [changes(1)]);
+        second.keep(&city, Some(&changes(2))).unwrap();
+        second.keep(&city, Some(&changes(3))).unwrap();
+        let mut third = start();
+        assert_eq!(third.found, [changes(1), changes(3)], "the last that each of them had");
+        third.found.pop();
+        third.keep(&city, Some(&changes(3))).unwrap();
+        assert_eq!(start().found, [changes(1), changes(3)], "taken up, but not saved");
+        third.found.pop();
+        third.keep(&city, Some(&changes(3))).unwrap();
+        assert_eq!(start().found, [changes(3)]);
+        start().keep(&city, None).unwrap();
+        assert_eq!(start().found, [changes(3)], "it waits for an answer");
+        third.keep(&city, None).unwrap();
+        assert_eq!(start().found, []);
+        start().keep(&city, Some(&saved)).unwrap();
+        let mut fourth = start();
+        assert_eq!(fourth.found, [], "what is saved meanwhile needs no answer");
+        fourth.found = vec![changes(4), saved.clone(), changes(5)];
+        for (number, of) in fourth.found.iter().enumerate() {
+            fourth.write(&city, number, of).unwrap();
+        }
+        let fifth = start();
+        fifth.keep(&city, Some(&changes(6))).unwrap();
+        assert_eq!(start().found, [changes(4), changes(5), changes(6)]);
     }
 }

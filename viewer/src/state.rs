@@ -19,7 +19,7 @@ use city::export::map::Colouring;
 use city::why::Answer;
 use city::{Cache, Changes};
 use geom::Vec2;
-use script::PresetTarget;
+use script::{Plan, PresetTarget};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -150,6 +150,10 @@ pub struct State {
     pub filters: Filters,
     /// Whether changes are still to be kept against a crash.
     is_unguarded: bool,
+    /// What somebody else saved beside the script, once people were told that saving writes over it.
+    warned: Option<String>,
+    /// The plan that is asked for while it is not built yet, by its changes and the round of the city it is laid over.
+    asked_for: Option<(Changes, u64, Plan)>,
     /// Whether the views stay where they are when the first city comes.
     keeps_views: bool,
     /// What questions about the city are answered from.
@@ -212,6 +216,8 @@ impl State {
             recovery,
             timeline: Timeline::default(),
             is_unguarded: false,
+            warned: None,
+            asked_for: None,
             keeps_views: false,
             evidence: Arc::default(),
             gallery: gallery::Gallery::new(pictures),
@@ -231,6 +237,22 @@ impl State {
     /// The device that draws.
     pub fn gpu(&self) -> Option<&Gpu> {
         self.gpu.as_ref()
+    }
+
+    /// The plan as it is asked for: that of the city shown, or what it is about to become.
+    pub fn plan(&mut self) -> Option<Plan> {
+        let ready = self.ready.clone()?;
+        let changes = self.history.now();
+        if changes == ready.order.changes {
+            return Some(ready.sources.plan.clone());
+        }
+        let known = self.asked_for.as_ref().filter(|(of, round, _)| *of == changes && *round == ready.round);
+        if known.is_none() {
+            let mut laid = ready.as_written.clone();
+            let plan = changes.lay_over(&mut laid).map_or_else(|_| ready.sources.plan.clone(), |()| laid.plan);
+            self.asked_for = Some((changes, ready.round, plan));
+        }
+        self.asked_for.as_ref().map(|(.., plan)| plan.clone())
     }
 
     /// Whether nothing is being built.
@@ -431,7 +453,7 @@ impl State {
 
     /// Takes up changes of an earlier run, or forgets them.
     fn recover(&mut self, wanted: bool) {
-        let Some(lost) = self.recovery.found.take() else { return };
+        let Some(lost) = self.recovery.found.pop() else { return };
         if wanted {
             self.change("changes that were not saved", None, |changes| *changes = lost);
         }
@@ -520,7 +542,7 @@ impl State {
     pub fn take_over(&mut self, city: &Path, history: History, views: Bookmark) {
         self.open(city);
         if self.city.is_some() {
-            self.recovery.found = None;
+            self.recovery.found.clear();
             self.history = history;
             self.views.go_to(&views);
             self.keeps_views = true;
@@ -550,7 +572,21 @@ impl State {
     /// Saves the changes beside the script.
     fn save(&mut self) {
         let Some(ready) = &self.ready else { return };
-        match self.history.now().save(&ready.as_written) {
+        let now = self.history.now();
+        let there = match Changes::saved(&ready.as_written.script) {
+            Ok(there) if there == now || there == *self.history.saved() => None,
+            // Whoever wrote them may be another program, or a person with an editor.
+            Ok(there) => Some(there.plain()),
+            Err(error) => error.line.map(|_| error.to_string()),
+        };
+        if there.is_some() && self.warned != there {
+            self.warned = there;
+            let words = "Not saved: something else wrote city.changes since it was read here. Save again to write over it, or \
+                         keep a copy of the file first.";
+            self.message = Some(words.into());
+            return;
+        }
+        match now.save(&ready.as_written) {
             Ok(()) => {
                 self.history.mark_saved();
                 self.guard();

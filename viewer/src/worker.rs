@@ -117,6 +117,8 @@ struct Shared {
     sight: Mutex<Option<Sight>>,
     /// Orders whose city was told of.
     done: AtomicU64,
+    /// Whether a city is being made, for an order or for saved files.
+    is_at_work: AtomicBool,
 }
 
 #[derive(Default)]
@@ -186,7 +188,8 @@ impl Worker {
 
     /// Whether all that was ordered is done.
     pub fn is_idle(&self) -> bool {
-        self.shared.done.load(Ordering::SeqCst) == lock(&self.shared.orders).given
+        let is_at_work = self.shared.is_at_work.load(Ordering::SeqCst);
+        !is_at_work && self.shared.done.load(Ordering::SeqCst) == lock(&self.shared.orders).given
     }
 }
 
@@ -234,6 +237,7 @@ impl Bench {
                 order = orders.newest.take().or(order);
                 orders.given
             };
+            self.shared.is_at_work.store(true, Ordering::SeqCst);
             if let Some(order) = &order {
                 self.rounds += 1;
                 before = self.round(order, before);
@@ -242,6 +246,7 @@ impl Bench {
                 continue;
             }
             self.shared.done.store(given, Ordering::SeqCst);
+            self.shared.is_at_work.store(false, Ordering::SeqCst);
             (self.teller.wake)();
             // What stopped the waiting may have been an order that was taken meanwhile: that is no reason to build again.
             while self.watch.wait().is_none() && !self.has_order() && !self.shared.is_over.load(Ordering::SeqCst) {}

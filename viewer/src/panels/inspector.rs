@@ -1,7 +1,7 @@
 //! What is picked: its measures, and why it is there.
 
-use super::{busy, called};
 use super::source::Place;
+use super::{busy, called};
 use crate::inspect::facts;
 use crate::state::{Command, State};
 use eframe::egui::{Grid, Label, RichText, Ui};

@@ -84,7 +84,8 @@ pub struct Docks<'a> {
 
 impl egui_tiles::Behavior<Pane> for Docks<'_> {
     fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
-        let faults = self.state.failure.as_ref().map_or(0, |failure| failure.faults.len().max(1));
+        let built = self.state.ready.as_ref().map_or(0, |ready| ready.built.report.faults.len());
+        let faults = built + self.state.failure.as_ref().map_or(0, |failure| failure.faults.len().max(1));
         match pane {
             Pane::Problems if faults > 0 => format!("Problems ({faults})").into(),
             pane => pane.name().into(),

@@ -37,10 +37,10 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         ui.weak("Parameters of a city are shown once it is open.");
         return;
     };
-    let changes = state.history.now();
+    let (changes, Some(plan)) = (state.history.now(), state.plan()) else { return };
     scope(ui, state, ready.built.city.districts.iter().filter_map(|area| area.name.clone()));
     let prefix = state.scope.as_ref().map_or(String::new(), |scope| format!("{scope}."));
-    seed(ui, state, ready.sources.plan.seed);
+    seed(ui, state, plan.seed);
     let has_changes = changes.values().next().is_some() || changes.seed.is_some();
     if ui.add_enabled(has_changes, Button::new("Reset all")).on_hover_text("Presets stay").clicked() {
         state.commands.push(Command::ResetAll);
@@ -53,7 +53,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     let wanted = state.filters.parameters.to_lowercase();
     let as_written = ready.as_written.plan.parameters();
     let mut role = String::new();
-    for param in in_force(&ready.sources.plan, state.scope.as_ref()) {
+    for param in in_force(&plan, state.scope.as_ref()) {
         let about = param.param.about.to_lowercase();
         if !param.address.replace('_', " ").contains(&wanted) && !about.contains(&wanted) {
             continue;
@@ -169,7 +169,8 @@ fn row(ui: &mut Ui, state: &mut State, param: &RoleParam, address: &str, source:
 pub fn widget(ui: &mut Ui, name: &str, param: &RoleParam, value: &Literal, maps: &[String]) -> Option<(String, bool)> {
     let turned = |response: Response, text: String| {
         let response = called(response, name);
-        response.changed().then(|| (text, response.dragged()))
+        // The last movement comes as it is let go.
+        response.changed().then(|| (text, response.dragged() || response.drag_stopped()))
     };
     match (&param.param.domain, value) {
         (Domain::Number { unit, range: (low, high) }, Literal::Number(number)) => {

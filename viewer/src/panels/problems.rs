@@ -9,7 +9,12 @@ use script::Texts;
 /// Shows it.
 pub fn ui(ui: &mut Ui, state: &mut State) {
     if let Some(failure) = state.failure.clone() {
-        let words = "The last change does not build; the city shown is the one before it.";
+        let is_shown = state.ready.is_some();
+        let words = if is_shown {
+            "The last change does not build; the city shown is the one before it."
+        } else {
+            "It does not build."
+        };
         ui.colored_label(ui.visuals().error_fg_color, words);
         if let Some(message) = failure.message.as_ref().filter(|_| failure.faults.is_empty()) {
             ui.label(message);

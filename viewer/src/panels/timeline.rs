@@ -34,7 +34,8 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         timeline.play(false);
         timeline.go(step);
     }
-    ui.label(format!("{:.1} km of streets", moment.kilometres));
+    // A sum that comes back to nothing may lie a little below it.
+    ui.label(format!("{:.1} km of streets", moment.kilometres.max(0.0) + 0.0));
     for (name, first, last) in &moment.stages {
         let now = (*first..=*last).contains(&moment.step);
         let words = format!("{name}: steps {first} to {last}");
