@@ -330,7 +330,12 @@ fn figures_stand_beside_those_of_the_real_place() {
     fs::write(city.join("ranges.json"), "{").unwrap();
     window.state_mut().state_mut().commands.push(Command::Measure);
     settle(&mut window);
-    assert!(window.query_by_label_contains("ranges.json").is_some());
+    // The file lies in a folder that is watched, so that the city may just be built, and measured, once more.
+    let begin = Instant::now();
+    while window.query_by_label_contains("ranges.json").is_none() {
+        assert!(begin.elapsed() < PATIENCE, "nothing is told");
+        settle(&mut window);
+    }
     assert!(window.query_by_label("buildings").is_some());
 }
 
@@ -454,6 +459,35 @@ fn another_window_goes_on_where_one_ended() {
     assert_eq!(shown(&second), changed);
     assert_eq!(second.state().state().views.map.camera, views.map);
     assert_eq!(second.state().state().history.to_undo(), Some("seed"), "what was done can be undone");
+}
+
+#[test]
+fn what_somebody_else_saved_is_not_written_over_unasked() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let file = city.join("city.changes");
+    let mut window = window();
+    open(&mut window, &city);
+    window.state_mut().state_mut().commands.push(Command::Seed(Some(7)));
+    settle(&mut window);
+    let mut other = Changes::default();
+    other.seed = Some(55);
+    fs::write(&file, other.plain()).unwrap();
+    let save = |window: &mut Harness<App>| {
+        window.state_mut().state_mut().commands.push(Command::Save);
+        settle(window);
+        Changes::read(&file).unwrap().unwrap().seed
+    };
+    assert_eq!(save(&mut window), Some(55));
+    let told = window.state().state().message.clone().unwrap_or_default();
+    assert!(told.contains("something else wrote city.changes"), "{told}");
+    assert!(!window.state().state().history.is_saved());
+    fs::write(&file, "seed of another kind").unwrap();
+    window.state_mut().state_mut().commands.push(Command::Save);
+    settle(&mut window);
+    assert_eq!(fs::read_to_string(&file).unwrap(), "seed of another kind", "it changed again");
+    assert_eq!(save(&mut window), Some(7), "told once, it is written over");
+    assert!(window.state().state().history.is_saved());
 }
 
 #[test]
