@@ -15,9 +15,6 @@ pub struct Recovery {
     pub found: Vec<Changes>,
 }
 
-/// Most ends of a program, one after the other, whose changes are kept without an answer.
-const MOST: usize = 20;
-
 impl Recovery {
     /// Keeps them beside the file of preferences; without one, nothing is kept.
     pub fn beside(preferences: Option<&Path>) -> Self {
@@ -51,24 +48,25 @@ impl Recovery {
         city::export::write_atomically(&file, |out| out.write_all(text.as_bytes())).map_err(|error| error.to_string())
     }
 
+    /// The files that are there, from a number on: none is left out between them.
+    fn files(&self, city: &Path, first: usize) -> impl Iterator<Item = PathBuf> {
+        (first..).map_while(move |waiting| self.file(city, waiting).filter(|file| file.exists()))
+    }
+
     fn remove_from(&self, city: &Path, first: usize) -> Result<(), String> {
-        for file in (first..MOST).filter_map(|waiting| self.file(city, waiting)) {
-            match fs::remove_file(&file) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error.to_string()),
-                _ => {}
-            }
-        }
-        Ok(())
+        self.files(city, first).try_for_each(|file| fs::remove_file(&file).map_err(|error| error.to_string()))
     }
 
     /// Looks for changes of a city that was opened; those that are the saved ones are none.
     pub fn find(&mut self, city: &Path, saved: &Changes) {
-        let files = (0..MOST).filter_map(|waiting| self.file(city, waiting));
-        let all: Vec<Changes> = files.filter_map(|file| Changes::read(&file).ok().flatten()).collect();
-        let mut found: Vec<Changes> = all.iter().filter(|&changes| changes != saved).cloned().collect();
+        let files: Vec<PathBuf> = self.files(city, 0).collect();
+        let read = files.iter().filter_map(|file| Changes::read(file).ok().flatten());
+        let mut found: Vec<Changes> = read.filter(|changes| changes != saved).collect();
         found.dedup();
         // They lie in the files of their numbers. Those of full disks are asked about again at the next start.
-        if found != all && found.iter().enumerate().all(|(number, changes)| self.write(city, number, changes).is_ok()) {
+        if found.len() < files.len()
+            && found.iter().enumerate().all(|(number, changes)| self.write(city, number, changes).is_ok())
+        {
             let _ = self.remove_from(city, found.len());
         }
         self.found = found;
@@ -122,5 +120,9 @@ mod tests {
         let fifth = start();
         fifth.keep(&city, Some(&changes(6))).unwrap();
         assert_eq!(start().found, [changes(4), changes(5), changes(6)]);
+        fs::write(fifth.file(&city, 0).unwrap(), "what nobody can read").unwrap();
+        let sixth = start();
+        sixth.keep(&city, Some(&changes(7))).unwrap();
+        assert_eq!(start().found, [changes(5), changes(6), changes(7)]);
     }
 }

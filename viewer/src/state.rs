@@ -153,7 +153,7 @@ pub struct State {
     /// What somebody else saved beside the script, once people were told that saving writes over it.
     warned: Option<String>,
     /// The plan that is asked for while it is not built yet, by its changes and the round of the city it is laid over.
-    asked_for: Option<(Changes, u64, Plan)>,
+    asked_for: Option<(Changes, u64, Arc<Plan>)>,
     /// Whether the views stay where they are when the first city comes.
     keeps_views: bool,
     /// What questions about the city are answered from.
@@ -239,18 +239,18 @@ impl State {
         self.gpu.as_ref()
     }
 
-    /// The plan as it is asked for: that of the city shown, or what it is about to become.
-    pub fn plan(&mut self) -> Option<Plan> {
+    /// The plan that is asked for, where the city shown is not built from it yet.
+    pub fn asked_for(&mut self) -> Option<Arc<Plan>> {
         let ready = self.ready.clone()?;
         let changes = self.history.now();
         if changes == ready.order.changes {
-            return Some(ready.sources.plan.clone());
+            return None;
         }
         let known = self.asked_for.as_ref().filter(|(of, round, _)| *of == changes && *round == ready.round);
         if known.is_none() {
             let mut laid = ready.as_written.clone();
             let plan = changes.lay_over(&mut laid).map_or_else(|_| ready.sources.plan.clone(), |()| laid.plan);
-            self.asked_for = Some((changes, ready.round, plan));
+            self.asked_for = Some((changes, ready.round, plan.into()));
         }
         self.asked_for.as_ref().map(|(.., plan)| plan.clone())
     }
@@ -525,7 +525,7 @@ impl State {
             }
         }
         (self.ready, self.failure, self.selected, self.message) = (None, None, None, None);
-        self.glimpse = None;
+        (self.glimpse, self.warned) = (None, None);
         (self.target, self.scope, self.overlay.0) = (PresetTarget::City, None, None);
         self.preferences.opened(path);
         self.remember();
@@ -581,14 +581,18 @@ impl State {
         };
         if there.is_some() && self.warned != there {
             self.warned = there;
-            let words = "Not saved: something else wrote city.changes since it was read here. Save again to write over it, or \
-                         keep a copy of the file first.";
-            self.message = Some(words.into());
+            let file = Changes::file_of(&ready.as_written.script);
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            self.message = Some(format!(
+                "Not saved: something else wrote {name} since it was read here. Save again to write over it, or keep a copy of \
+                 the file first."
+            ));
             return;
         }
         match now.save(&ready.as_written) {
             Ok(()) => {
                 self.history.mark_saved();
+                self.warned = None;
                 self.guard();
             }
             Err(error) => self.message = Some(format!("The changes could not be saved; they are still here. {error}")),

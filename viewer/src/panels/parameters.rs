@@ -37,7 +37,8 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         ui.weak("Parameters of a city are shown once it is open.");
         return;
     };
-    let (changes, Some(plan)) = (state.history.now(), state.plan()) else { return };
+    let (changes, asked_for) = (state.history.now(), state.asked_for());
+    let plan = asked_for.as_deref().unwrap_or(&ready.sources.plan);
     scope(ui, state, ready.built.city.districts.iter().filter_map(|area| area.name.clone()));
     let prefix = state.scope.as_ref().map_or(String::new(), |scope| format!("{scope}."));
     seed(ui, state, plan.seed);
@@ -53,7 +54,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     let wanted = state.filters.parameters.to_lowercase();
     let as_written = ready.as_written.plan.parameters();
     let mut role = String::new();
-    for param in in_force(&plan, state.scope.as_ref()) {
+    for param in in_force(plan, state.scope.as_ref()) {
         let about = param.param.about.to_lowercase();
         if !param.address.replace('_', " ").contains(&wanted) && !about.contains(&wanted) {
             continue;

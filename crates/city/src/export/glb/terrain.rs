@@ -542,6 +542,21 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_smallest_triangles_miss_the_height_of_one_grid_point() {
+        let terrain = Terrain::of(&hilly_city());
+        let mut uneven = 0;
+        for root in terrain.tile_cells().flat_map(|tile| terrain.roots(tile)) {
+            terrain.at_depth(root, 2 * terrain.halvings - 1, &mut |triangle| {
+                let [a, b, _] = triangle;
+                let whole = terrain.height_error(triangle);
+                assert_eq!(terrain.middle_error(triangle, terrain.index(middle(a, b))).to_bits(), whole.to_bits());
+                uneven += usize::from(whole > 0.0);
+            });
+        }
+        assert!(uneven > 100);
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
