@@ -431,12 +431,18 @@ impl App {
             if ui.small_button("Give up").clicked() {
                 self.state.commands.push(Command::Cancel);
             }
+        } else if self.state.held.is_some() {
+            ui.colored_label(ui.visuals().error_fg_color, "rules fail: see Problems");
+            if ui.small_button("Show anyway").clicked() {
+                self.state.commands.push(Command::ShowAnyway);
+            }
         } else if self.state.failure.is_some() {
             ui.colored_label(ui.visuals().error_fg_color, "does not build: see Problems");
         } else if let Some(ready) = &self.state.ready {
-            let faults = ready.built.report.faults.len();
-            if faults > 0 {
+            if ready.built.report.has_faults() {
                 ui.colored_label(ui.visuals().error_fg_color, "rules failed: see Problems");
+            } else if !ready.unsuited.is_empty() {
+                ui.colored_label(ui.visuals().error_fg_color, "changes do not suit: see Problems");
             }
             let buildings = ready.built.city.buildings.len();
             ui.weak(format!("{}: {buildings} buildings, {:.2} s", ready.built.city.name, ready.took.as_secs_f64()));

@@ -86,6 +86,10 @@ pub enum Command {
     Cancel,
     /// Builds again.
     Build,
+    /// Shows the city in spite of rules that failed for it.
+    ShowAnyway,
+    /// Takes back the changes that do not suit the script.
+    DropUnsuited,
     /// Shows a message away.
     Dismiss,
 }
@@ -100,8 +104,10 @@ pub struct State {
     pub rules: Option<PathBuf>,
     /// The city that is open.
     pub city: Option<PathBuf>,
-    /// The last one that was finished.
+    /// The last one that was finished without errors of rules, or that people wanted to see in spite of them.
     pub ready: Option<Arc<Ready>>,
+    /// A newer one for which rules failed: the last good one stays until people want to see this one.
+    pub held: Option<Arc<Ready>>,
     /// What is in sight of the next one, which is under way.
     pub glimpse: Option<Arc<Scene>>,
     /// How many such there were.
@@ -152,6 +158,10 @@ pub struct State {
     is_unguarded: bool,
     /// What somebody else saved beside the script, once people were told that saving writes over it.
     warned: Option<String>,
+    /// The script of the open city.
+    script: PathBuf,
+    /// What was wrong with the file of changes, once people were told.
+    misread: Option<String>,
     /// The plan that is asked for while it is not built yet, by its changes and the round of the city it is laid over.
     asked_for: Option<(Changes, u64, Arc<Plan>)>,
     /// Whether the views stay where they are when the first city comes.
@@ -200,6 +210,7 @@ impl State {
             rules,
             city: None,
             ready: None,
+            held: None,
             glimpse: None,
             glimpses: 0,
             failure: None,
@@ -217,6 +228,8 @@ impl State {
             timeline: Timeline::default(),
             is_unguarded: false,
             warned: None,
+            script: PathBuf::new(),
+            misread: None,
             asked_for: None,
             keeps_views: false,
             evidence: Arc::default(),
@@ -275,15 +288,25 @@ impl State {
         for one in news {
             match one {
                 News::Under(stage, share) => self.under = Some((stage, share)),
-                News::Ready(ready) => self.show(ready),
+                // Another city may have been opened meanwhile.
+                News::Ready(ready) if Some(&ready.order.city) != self.city.as_ref() => {}
+                News::Ready(ready) => {
+                    if self.is_worse(&ready) {
+                        self.hold(ready);
+                    } else {
+                        self.show(ready);
+                    }
+                    self.look_at_saved();
+                }
                 News::Glimpse(scene) => {
                     self.glimpses += 1;
                     self.glimpse = Some(scene);
                 }
                 News::Presets(presets) => self.gallery.follow(&presets),
                 News::Failed(failure) => {
-                    (self.under, self.glimpse) = (None, None);
+                    (self.under, self.glimpse, self.held) = (None, None, None);
                     self.failure = Some(failure);
+                    self.look_at_saved();
                 }
                 News::Unwatched(what) => self.message = Some(what),
             }
@@ -309,9 +332,48 @@ impl State {
         self.timeline.catch_up(&ready, &self.evidence, self.gpu.as_ref(), &self.wake)
     }
 
+    /// Whether rules failed for a city, and for the one that is shown they did not.
+    fn is_worse(&self, ready: &Ready) -> bool {
+        let is_good = |shown: &Arc<Ready>| shown.order.city == ready.order.city && !shown.built.report.has_faults();
+        ready.built.report.has_faults() && self.ready.as_ref().is_some_and(is_good)
+    }
+
+    /// Tells what is wrong with a city; the last good one stays.
+    fn hold(&mut self, ready: Arc<Ready>) {
+        (self.under, self.glimpse) = (None, None);
+        self.failure = Some(Failure::of_rules(&ready).into());
+        self.held = Some(ready);
+    }
+
+    /// Follows the file of changes where something else wrote it. Changes that are not saved here are not touched: whoever
+    /// saves them is told.
+    fn look_at_saved(&mut self) {
+        let file = Changes::file_of(&self.script);
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        match Changes::saved(&self.script) {
+            Ok(there) => {
+                self.misread = None;
+                if there == *self.history.saved() || !self.history.is_saved() {
+                    return;
+                }
+                self.history.step(&format!("{name} as something else wrote it"), None, |changes| *changes = there);
+                self.history.mark_saved();
+                self.message = Some(format!("Something else wrote {name}: the city follows it. Undo takes that back."));
+                self.changed();
+            }
+            Err(error) => {
+                let words = format!("{error}\n  The city is shown without what the file says.");
+                if self.misread.as_ref() != Some(&words) {
+                    self.misread = Some(words.clone());
+                    self.message = Some(words);
+                }
+            }
+        }
+    }
+
     fn show(&mut self, ready: Arc<Ready>) {
         let is_first = self.ready.is_none();
-        (self.under, self.failure, self.glimpse) = (None, None, None);
+        (self.under, self.failure, self.glimpse, self.held) = (None, None, None, None);
         let keeps_views = std::mem::take(&mut self.keeps_views);
         if let Some(scene) = &ready.scene
             && is_first
@@ -419,6 +481,18 @@ impl State {
                 }
             }
             Command::Build => self.build(),
+            Command::ShowAnyway => {
+                if let Some(held) = self.held.take() {
+                    self.show(held);
+                }
+            }
+            Command::DropUnsuited => {
+                if let Some(ready) = self.ready.clone() {
+                    self.change("changes that do not suit taken back", None, |changes| {
+                        (_, *changes) = changes.lay_what_suits(&mut ready.as_written.clone());
+                    });
+                }
+            }
             Command::Dismiss => self.message = None,
         }
     }
@@ -514,18 +588,13 @@ impl State {
             self.message = Some(format!("{}: there is no city.rhai here", path.display()));
             return;
         }
-        match Changes::saved(&script) {
-            Ok(saved) => {
-                self.recovery.find(path, &saved);
-                self.history = History::of(saved);
-            }
-            Err(error) => {
-                self.message = Some(error.to_string());
-                return;
-            }
-        }
+        // A file that cannot be read is told of as soon as there is something to show; saving asks before it writes over it.
+        let saved = Changes::saved(&script).unwrap_or_default();
+        self.recovery.find(path, &saved);
+        self.history = History::of(saved);
+        self.script = script;
         (self.ready, self.failure, self.selected, self.message) = (None, None, None, None);
-        (self.glimpse, self.warned) = (None, None);
+        (self.glimpse, self.held, self.warned, self.misread) = (None, None, None, None);
         (self.target, self.scope, self.overlay.0) = (PresetTarget::City, None, None);
         self.preferences.opened(path);
         self.remember();
@@ -573,7 +642,7 @@ impl State {
     fn save(&mut self) {
         let Some(ready) = &self.ready else { return };
         let now = self.history.now();
-        let there = match Changes::saved(&ready.as_written.script) {
+        let there = match Changes::saved(&self.script) {
             Ok(there) if there == now || there == *self.history.saved() => None,
             // Whoever wrote them may be another program, or a person with an editor.
             Ok(there) => Some(there.plain()),
@@ -581,7 +650,7 @@ impl State {
         };
         if there.is_some() && self.warned != there {
             self.warned = there;
-            let file = Changes::file_of(&ready.as_written.script);
+            let file = Changes::file_of(&self.script);
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             self.message = Some(format!(
                 "Not saved: something else wrote {name} since it was read here. Save again to write over it, or keep a copy of \

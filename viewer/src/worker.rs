@@ -4,8 +4,8 @@ use crate::render::Gpu;
 use crate::scene::{ColourBy, Scene};
 use crate::sight::Sight;
 use city::{
-    BuildError, Built, Cache, Cancel, Changes, FaultReport, LoadError, Loaded, Progress, Settings, Silent, Sources,
-    Stage, Watch, build_with, load_as_written,
+    BuildError, Built, Cache, Cancel, Changes, ChangesError, FaultReport, LoadError, Loaded, Progress, Settings, Silent,
+    Sources, Stage, Watch, build_with, load_as_written,
 };
 use geom::{Digest, Id};
 use script::{Preset, Texts};
@@ -56,6 +56,8 @@ pub struct Ready {
     pub as_written: Loaded,
     /// What it was built from.
     pub sources: Sources,
+    /// What is wrong with changes that do not suit the script: it was built without them.
+    pub unsuited: Vec<ChangesError>,
     /// The city, with its report.
     pub built: Built,
     /// What is drawn; none without a device.
@@ -86,6 +88,12 @@ impl Failure {
             }
             other => Self { order, message: Some(other.to_string()), ..Self::default() },
         }
+    }
+
+    /// Why a city is not shown although it was built.
+    pub fn of_rules(ready: &Ready) -> Self {
+        let faults = ready.built.report.faults.clone();
+        Self { order: Some(ready.order.clone()), message: None, faults, texts: Some(ready.as_written.texts.clone()) }
     }
 
     fn of_build(order: &Order, error: &BuildError, texts: &Texts) -> Self {
@@ -300,6 +308,10 @@ impl Bench {
     ) -> Result<(), BuildError> {
         let settings = Settings { within: Some(sight.bounds()), ..Settings::default() };
         let built = build_with(sources, settings, &self.cache, &Silent, cancel)?;
+        if built.report.has_faults() {
+            // Whether it is to be shown is told with the whole.
+            return Ok(());
+        }
         let scene = Scene::of_part(gpu, &built.city, &self.cache, order.colour_by, Some(before), Some(sight));
         self.teller.tell(News::Glimpse(scene.into()));
         Ok(())
@@ -351,7 +363,8 @@ impl Bench {
             self.teller.tell(News::Unwatched(error.to_string()));
         }
         let mut changed = as_written.clone();
-        order.changes.lay_over(&mut changed).map_err(|error| failed(error.into()))?;
+        // A renamed parameter must not keep people from a city that they changed.
+        let (unsuited, _) = order.changes.lay_what_suits(&mut changed);
         let sources = changed.read_with(&self.cache).map_err(failed)?;
         let settings = Settings::default();
         let progress = Told { teller: self.teller.clone(), parts: Mutex::default() };
@@ -382,6 +395,7 @@ impl Bench {
             order: order.clone(),
             as_written,
             sources,
+            unsuited,
             built,
             scene,
             took: begin.elapsed(),

@@ -154,14 +154,32 @@ impl Changes {
     /// # Errors
     /// The first one that does not suit it, by its line in the file that they are saved in.
     pub fn lay_over(&self, loaded: &mut Loaded) -> Result<(), ChangesError> {
-        let path = Self::file_of(&loaded.script);
+        self.lines().try_for_each(|change| lay(&change, loaded))
+    }
+
+    /// Lays those over a city that was just read that suit it. Returns what is wrong with the others, in their order, and the
+    /// changes without them.
+    pub fn lay_what_suits(&self, loaded: &mut Loaded) -> (Vec<ChangesError>, Self) {
+        let (mut wrong, mut suiting) = (Vec::new(), Self::default());
         for change in self.lines() {
-            lay(&change, loaded).map_err(|(message, hint)| {
-                let message = format!("{change}: {message}");
-                ChangesError { line: line_of(&path, &change), path: path.clone(), message, hint }
-            })?;
+            let mut with_it = loaded.clone();
+            match lay(&change, &mut with_it) {
+                Ok(()) => {
+                    *loaded = with_it;
+                    suiting.add(change);
+                }
+                Err(error) => wrong.push(error),
+            }
         }
-        Ok(())
+        (wrong, suiting)
+    }
+
+    fn add(&mut self, change: Change) {
+        match change {
+            Change::Seed(seed) => self.seed = Some(seed),
+            Change::Preset(target, name) => self.lay(target, &name),
+            Change::Value(address, value) => self.set(&address, &value),
+        }
     }
 
     /// The text without remarks, for whoever does not know the city.
@@ -277,18 +295,26 @@ fn line_of(path: &Path, change: &Change) -> Option<usize> {
     Some(text.lines().position(|line| said(line) == wanted)? + 1)
 }
 
-fn lay(change: &Change, loaded: &mut Loaded) -> Result<(), (String, Option<String>)> {
+/// Lays a change over a city.
+fn lay(change: &Change, loaded: &mut Loaded) -> Result<(), ChangesError> {
     let param = |error: ParamError| (error.message, error.hint);
-    match change {
-        Change::Seed(seed) => loaded.plan.seed = *seed,
+    let laid = match change {
+        Change::Seed(seed) => {
+            loaded.plan.seed = *seed;
+            Ok(())
+        }
         Change::Preset(target, name) => loaded.lay(&format!("{target}={name}")).map_err(|error| match error {
             PresetError::Plan(error) => param(error),
             PresetError::Preset(fault) => (fault.message.clone(), fault.hint.clone()),
             PresetError::Target(message) => (message, None),
-        })?,
-        Change::Value(address, value) => loaded.set(&format!("{address}={value}")).map_err(param)?,
-    }
-    Ok(())
+        }),
+        Change::Value(address, value) => loaded.set(&format!("{address}={value}")).map_err(param),
+    };
+    laid.map_err(|(message, hint)| {
+        let path = Changes::file_of(&loaded.script);
+        let message = format!("{change}: {message}");
+        ChangesError { line: line_of(&path, change), path, message, hint }
+    })
 }
 
 #[cfg(test)]

@@ -2,20 +2,23 @@
 
 use super::source::Place;
 use crate::state::{Command, State};
-use city::FaultReport;
+use city::{ChangesError, FaultReport};
 use eframe::egui::{RichText, Ui};
 use script::Texts;
 
 /// Shows it.
 pub fn ui(ui: &mut Ui, state: &mut State) {
     if let Some(failure) = state.failure.clone() {
-        let is_shown = state.ready.is_some();
-        let words = if is_shown {
-            "The last change does not build; the city shown is the one before it."
-        } else {
-            "It does not build."
+        let words = match (&state.held, &state.ready) {
+            (Some(_), _) => "Rules fail since the last change; the city shown is the one before it.",
+            (None, Some(_)) => "The last change does not build; the city shown is the one before it.",
+            (None, None) => "It does not build.",
         };
         ui.colored_label(ui.visuals().error_fg_color, words);
+        if state.held.is_some() && ui.button("Show it anyway").on_hover_text("With what stands in for the rules").clicked()
+        {
+            state.commands.push(Command::ShowAnyway);
+        }
         if let Some(message) = failure.message.as_ref().filter(|_| failure.faults.is_empty()) {
             ui.label(message);
         }
@@ -24,9 +27,10 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     }
     let Some(ready) = state.ready.clone() else { return };
     let report = &ready.built.report;
-    if report.faults.is_empty() && report.warnings.is_empty() && state.failure.is_none() {
+    if report.faults.is_empty() && report.warnings.is_empty() && state.failure.is_none() && ready.unsuited.is_empty() {
         ui.weak("Nothing is wrong.");
     }
+    unsuited(ui, state, &ready.unsuited);
     faults(ui, state, &report.faults, Some(&ready.as_written.texts));
     for warning in &report.warnings {
         ui.label(format!("warning: {warning}"));
@@ -34,6 +38,21 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     for print in &report.prints {
         ui.label(RichText::new(format!("{}: {}", print.rule, print.text)).monospace());
     }
+}
+
+/// Changes that the script knows nothing of any more.
+fn unsuited(ui: &mut Ui, state: &mut State, wrong: &[ChangesError]) {
+    if wrong.is_empty() {
+        return;
+    }
+    ui.colored_label(ui.visuals().error_fg_color, "Changes that do not suit the script: the city is shown without them.");
+    for error in wrong {
+        ui.label(error.to_string());
+    }
+    if ui.button("Take them back").on_hover_text("Removes these changes; the others stay").clicked() {
+        state.commands.push(Command::DropUnsuited);
+    }
+    ui.separator();
 }
 
 fn faults(ui: &mut Ui, state: &mut State, faults: &[FaultReport], texts: Option<&Texts>) {

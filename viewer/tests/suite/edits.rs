@@ -63,7 +63,7 @@ fn digest(city: &city::City) -> Id {
     Digest::new("layout").bytes(&bytes).finish()
 }
 
-/// What a program without a window makes of the files as they are: the city, or what is wrong first.
+/// What a program without a window makes of the files as they are: the city, or what is wrong first, be it while rules ran.
 fn from_scratch(city: &Path) -> Result<Id, String> {
     let read = load(city, None).and_then(|loaded| loaded.read());
     let sources = read.map_err(|error| match error {
@@ -71,7 +71,8 @@ fn from_scratch(city: &Path) -> Result<Id, String> {
         other => other.to_string(),
     })?;
     let built = city::build(&sources, city::Settings::default(), &city::Silent, &city::Cancel::default());
-    built.map(|built| digest(&built.city)).map_err(|error| error.to_string())
+    let built = built.map_err(|error| error.to_string())?;
+    if built.report.has_faults() { Err(first(built.report.faults)) } else { Ok(digest(&built.city)) }
 }
 
 fn first(faults: Vec<city::FaultReport>) -> String {
@@ -157,6 +158,108 @@ fn fifty_edits_show_the_right_city_or_the_right_error() {
         }
     }
     assert!(good + bad == 50 && bad >= 8, "{good} good, {bad} bad");
+}
+
+#[test]
+fn a_rule_that_fails_while_it_runs_leaves_the_last_good_city_until_people_want_to_see_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = city(folder.path());
+    let mut state = opened(&city);
+    let good = shown(&state).unwrap();
+    let path = city.join("buildings/mine.rhai");
+    let write = |state: &mut State, text: &str| {
+        fs::write(&path, text).unwrap();
+        wait(state, text, |state| has_seen(state, &path, text));
+    };
+    let failing = BUILDINGS.replace("{ shape", "{ if shape.chance(2) < 0.1 { throw \"no\"; } shape");
+    write(&mut state, &failing);
+    assert_eq!(digest(&state.ready.as_ref().unwrap().built.city), good);
+    let failure = state.failure.clone().unwrap();
+    assert!(failure.faults[0].message.contains("no") && failure.faults[0].place.is_some(), "{failure:?}");
+    // What is changed meanwhile fails, too.
+    state.carry_out(Command::Seed(Some(77)));
+    wait(&mut state, "another seed", |state| {
+        state.is_idle() && state.held.as_ref().is_some_and(|held| held.order.changes.seed == Some(77))
+    });
+    state.carry_out(Command::ShowAnyway);
+    let (ready, failure) = (state.ready.clone().unwrap(), state.failure.clone());
+    assert!(failure.is_none() && ready.order.changes.seed == Some(77) && ready.built.report.has_faults());
+    // Who has seen one is shown the next, and a good one in any case.
+    let longer = format!("{failing}// longer\n");
+    write(&mut state, &longer);
+    assert!(state.failure.is_none() && state.ready.as_ref().unwrap().built.report.has_faults());
+    state.carry_out(Command::Undo);
+    write(&mut state, BUILDINGS);
+    assert_eq!(shown(&state), Ok(good));
+    write(&mut state, &failing);
+    assert!(state.failure.is_some());
+    write(&mut state, BUILDINGS);
+    assert_eq!(shown(&state), Ok(good));
+}
+
+#[test]
+fn saved_changes_that_do_not_suit_are_left_out_and_can_be_taken_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = city(folder.path());
+    let file = city.join("city.changes");
+    let text = "plat-changes 1\nseed 9\npreset minors=vilage\nset minors.pattern.block_wide=60\n\
+                set minors.pattern.block_width=100\n";
+    fs::write(&file, text).unwrap();
+    let mut state = opened(&city);
+    let ready = state.ready.clone().unwrap();
+    let lines: Vec<Option<usize>> = ready.unsuited.iter().map(|error| error.line).collect();
+    assert_eq!(lines, [Some(3), Some(4)], "{:?}", ready.unsuited);
+    assert!(ready.unsuited[1].hint.as_ref().is_some_and(|hint| hint.contains("block_width")), "{:?}", ready.unsuited);
+    assert!(state.history.is_saved(), "nothing is taken from anybody unasked");
+    assert_eq!(state.history.now().len(), 4);
+    fs::write(&file, "plat-changes 1\nseed 9\nset minors.pattern.block_width=100\n").unwrap();
+    let expected = from_scratch(&city);
+    assert_eq!(Ok(digest(&ready.built.city)), expected);
+    fs::write(&file, text).unwrap();
+    wait(&mut state, "the file as it was", |state| state.is_idle() && state.history.now().len() == 4);
+    state.carry_out(Command::DropUnsuited);
+    wait(&mut state, "what suits", |state| state.is_idle() && state.ready.as_ref().unwrap().unsuited.is_empty());
+    assert_eq!(shown(&state), expected);
+    assert_eq!(state.history.now().len(), 2);
+    state.carry_out(Command::Undo);
+    wait(&mut state, "all of them", |state| state.is_idle() && state.ready.as_ref().unwrap().unsuited.len() == 2);
+    state.carry_out(Command::Redo);
+    state.carry_out(Command::Save);
+    assert!(!fs::read_to_string(&file).unwrap().contains("vilage"));
+    assert!(from_scratch(&city).is_ok());
+}
+
+#[test]
+fn changes_that_something_else_saved_are_followed_and_those_that_are_not_saved_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = city(folder.path());
+    let file = city.join("city.changes");
+    // One that nobody can read does not keep the city shut.
+    fs::write(&file, "plat-changes 1\nsed 9\n").unwrap();
+    let mut state = opened(&city);
+    let message = state.message.take().unwrap();
+    assert!(message.contains("city.changes:2") && message.contains("without what the file says"), "{message}");
+    fs::write(&file, "plat-changes 1\nseed 9\n").unwrap();
+    wait(&mut state, "the mended file", |state| {
+        state.is_idle() && state.ready.as_ref().is_some_and(|ready| ready.order.changes.seed == Some(9))
+    });
+    assert_eq!(shown(&state), from_scratch(&city));
+    assert!(state.history.is_saved());
+    state.carry_out(Command::Undo);
+    wait(&mut state, "without it", |state| state.is_idle() && state.ready.as_ref().unwrap().order.changes.is_empty());
+    // Now there is something that is not saved: the file is not followed.
+    state.message = None;
+    state.carry_out(Command::Seed(Some(4)));
+    fs::write(&file, "plat-changes 1\nseed 10\n").unwrap();
+    wait(&mut state, "the own seed", |state| {
+        state.is_idle() && state.ready.as_ref().is_some_and(|ready| ready.order.changes.seed == Some(4))
+    });
+    std::thread::sleep(Duration::from_millis(300));
+    wait(&mut state, "nothing", State::is_idle);
+    assert_eq!(state.history.now().seed, Some(4));
+    state.carry_out(Command::Save);
+    assert!(state.message.take().unwrap().contains("something else wrote city.changes"));
+    assert_eq!(fs::read_to_string(&file).unwrap(), "plat-changes 1\nseed 10\n");
 }
 
 /// Bytes of memory that this program holds.
