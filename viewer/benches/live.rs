@@ -181,15 +181,15 @@ fn cached(gpu: &Gpu, city: &Path) {
         laps.done("read");
         let built = build_with(&sources, Settings::default(), &cache, &Silent, &Cancel::default()).unwrap();
         laps.done("build");
-        let model = city::export::glb::model(&built.city, &cache);
-        laps.done("meshes");
-        ModelScene::of(gpu, &model, None);
-        laps.done("chunks of the model");
-        MapScene::of(gpu, &built.city, None, None);
+        let scene = Scene::of_map(gpu, &built.city, None);
         laps.done("chunks of the map");
+        let first = laps.told();
+        scene.add_model(gpu, &built.city, &cache);
+        laps.done("the model");
         cache.flush();
         if start > 0 {
-            println!("{:32} {}", "first picture, stages on disk", laps.told());
+            println!("{:32} {first}", "first picture, stages on disk");
+            println!("{:32} {}", "  with the model", laps.told());
         }
     }
 }

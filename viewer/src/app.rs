@@ -24,8 +24,10 @@ pub struct App {
     docked: bool,
     /// Whether what can be done is listed.
     palette: bool,
-    /// A path being typed, where the system has no dialogs.
-    path: Option<String>,
+    /// A path being typed, where the system has no dialogs, and what for.
+    path: Option<(Asking, String)>,
+    /// Which of the things listed is chosen.
+    palette_at: usize,
     /// Whether people are asked what becomes of changes before the window closes.
     closing: bool,
     /// What the window is called.
@@ -36,6 +38,15 @@ pub struct App {
     lost: Lost,
     /// Where what is open is left for the next window, once the device is lost.
     carried: Option<Arc<Mutex<Option<Carried>>>>,
+}
+
+/// What a path is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asking {
+    /// A city to open.
+    Open,
+    /// Where a copy of the open city is to be.
+    Copy,
 }
 
 /// What a window leaves to the one that takes its place.
@@ -85,7 +96,7 @@ pub fn open(arguments: &Arguments) -> Result<(), String> {
             Ok(Ok(())) => {}
             Err(panic) if !is_lost => resume_unwind(panic),
             Ok(Err(error)) if !is_lost => {
-                let hint = "plat-view --screenshot CITY -o PNG draws without one";
+                let hint = "plat build CITY -o FOLDER draws a map without a screen or a graphics adapter";
                 return Err(format!("no window could be opened: {error}\n  hint: {hint}"));
             }
             Ok(Err(_)) | Err(_) => {}
@@ -123,6 +134,7 @@ impl App {
             state,
             palette: false,
             path: None,
+            palette_at: 0,
             closing: false,
             title: String::new(),
             pictures: Pictures::default(),
@@ -217,12 +229,14 @@ const fn with_command(key: Key) -> KeyboardShortcut {
 enum Action {
     Open,
     Save,
+    SaveAs,
     Undo,
     Redo,
     ResetAll,
     Build,
     Cancel,
     Fit,
+    FitAll,
     Why,
     Palette,
     Larger,
@@ -239,12 +253,13 @@ enum Action {
 impl Action {
     /// All of them, by menu.
     const MENUS: [(&'static str, &'static [Self]); 4] = [
-        ("File", &[Self::Open, Self::Save]),
+        ("File", &[Self::Open, Self::Save, Self::SaveAs]),
         ("Edit", &[Self::Undo, Self::Redo, Self::ResetAll]),
         (
             "View",
             &[
                 Self::Fit,
+                Self::FitAll,
                 Self::Larger,
                 Self::Smaller,
                 Self::Show(Pane::View(crate::viewport::View::Map)),
@@ -269,12 +284,14 @@ impl Action {
         match self {
             Self::Open => "Open a city…",
             Self::Save => "Save changes",
+            Self::SaveAs => "Save a copy of the city…",
             Self::Undo => "Undo",
             Self::Redo => "Redo",
             Self::ResetAll => "Reset all values",
             Self::Build => "Build again",
             Self::Cancel => "Give up building",
             Self::Fit => "Look at what is picked",
+            Self::FitAll => "Look at the whole city",
             Self::Why => "Why is this here?",
             Self::Palette => "All that can be done…",
             Self::Larger => "Larger",
@@ -290,10 +307,12 @@ impl Action {
         Some(match self {
             Self::Open => with_command(Key::O),
             Self::Save => with_command(Key::S),
+            Self::SaveAs => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S),
             Self::Undo => with_command(Key::Z),
             Self::Redo => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
             Self::Build => with_command(Key::B),
             Self::Fit => with_command(Key::F),
+            Self::FitAll => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::F),
             Self::Why => with_command(Key::I),
             Self::Palette => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P),
             Self::Larger => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Plus),
@@ -313,7 +332,8 @@ impl Action {
             Self::Undo => state.history.to_undo().is_some(),
             Self::Redo => state.history.to_redo().is_some(),
             Self::Build => state.city.is_some(),
-            Self::ResetAll | Self::Fit => state.ready.is_some(),
+            Self::ResetAll | Self::FitAll | Self::SaveAs => state.ready.is_some(),
+            Self::Fit => state.selected.is_some(),
             Self::GoTo(index) => state.bookmarks().len() > index,
             Self::Restart => state.gpu().is_some(),
             Self::Cancel => state.under.is_some(),
@@ -323,11 +343,22 @@ impl Action {
     }
 }
 
+impl Asking {
+    /// What is done with the path.
+    fn command(self, path: PathBuf) -> Command {
+        match self {
+            Self::Open => Command::Open(path),
+            Self::Copy => Command::SaveCopy(path),
+        }
+    }
+}
+
 impl App {
     fn act(&mut self, ui: &Ui, action: Action) {
         let commands = &mut self.state.commands;
         match action {
-            Action::Open => self.ask_for_city(),
+            Action::Open => self.ask_for_path(Asking::Open),
+            Action::SaveAs => self.ask_for_path(Asking::Copy),
             Action::Save => commands.push(Command::Save),
             Action::Undo => commands.push(Command::Undo),
             Action::Redo => commands.push(Command::Redo),
@@ -335,13 +366,14 @@ impl App {
             Action::Build => commands.push(Command::Build),
             Action::Cancel => commands.push(Command::Cancel),
             Action::Fit => commands.push(Command::Fit),
+            Action::FitAll => commands.push(Command::FitAll),
             Action::Why => {
                 commands.push(Command::Ask);
                 self.bring_up(Pane::Inspector);
             }
             Action::Palette => {
                 self.state.filters.palette.clear();
-                self.palette = true;
+                (self.palette, self.palette_at) = (true, 0);
             }
             Action::Larger | Action::Smaller => {
                 let by = if action == Action::Larger { 1.1 } else { 1.0 / 1.1 };
@@ -364,13 +396,16 @@ impl App {
     }
 
     /// By the system's own dialog, or by typing where there is none.
-    fn ask_for_city(&mut self) {
+    fn ask_for_path(&mut self, asking: Asking) {
         let has_dialogs = std::env::var_os("DBUS_SESSION_BUS_ADDRESS").is_some() || !cfg!(target_os = "linux");
-        let picked = has_dialogs.then(|| rfd::FileDialog::new().set_title("Open a city").pick_folder());
+        let dialog = rfd::FileDialog::new();
+        let picked = has_dialogs.then(|| match asking {
+            Asking::Open => dialog.set_title("Open a city").pick_folder(),
+            Asking::Copy => dialog.set_title("A new folder for a copy of the city").save_file(),
+        });
         match picked {
-            Some(Some(folder)) => self.state.commands.push(Command::Open(folder)),
-            Some(None) => {}
-            None => self.path = Some(String::new()),
+            Some(path) => self.state.commands.extend(path.map(|path| asking.command(path))),
+            None => self.path = Some((asking, String::new())),
         }
     }
 
@@ -452,6 +487,8 @@ impl App {
             if ui.small_button("Save").clicked() {
                 self.state.commands.push(Command::Save);
             }
+        } else if !self.state.history.saved().is_empty() {
+            ui.weak("saved").on_hover_text("The changes of the city lie beside its script");
         }
     }
 
@@ -477,22 +514,41 @@ impl App {
         let modal = egui::Modal::new(egui::Id::unique("palette")).show(ui.ctx(), |ui| {
             ui.set_width(420.0);
             let label = ui.label("All that can be done");
+            // Before the field takes them for itself.
+            let step = ui.input_mut(|input| {
+                let mut pressed = |key| usize::from(input.consume_key(Modifiers::NONE, key));
+                (pressed(Key::ArrowDown), pressed(Key::ArrowUp))
+            });
             let edit = ui
                 .add(TextEdit::singleline(&mut self.state.filters.palette).desired_width(400.0))
                 .labelled_by(label.id);
             edit.request_focus();
+            if edit.changed() {
+                self.palette_at = 0;
+            }
             let wanted = self.state.filters.palette.to_lowercase();
             let found = Action::all().filter(|action| {
                 action.name().to_lowercase().contains(&wanted)
                     && action.is_possible(&self.state)
                     && *action != Action::Palette
             });
+            let found: Vec<Action> = found.collect();
+            let last = found.len().saturating_sub(1);
+            self.palette_at = (self.palette_at + step.0).saturating_sub(step.1).min(last);
             let enter = ui.input(|input| input.key_pressed(Key::Enter));
             ScrollArea::vertical().max_height(400.0).show(ui, |ui| {
-                for (i, action) in found.enumerate() {
+                if found.is_empty() {
+                    ui.weak("Nothing of that name can be done now.");
+                }
+                for (i, action) in found.into_iter().enumerate() {
                     let keys = action.shortcut().map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
-                    let button = ui.add(Button::new(action.name()).shortcut_text(keys).min_size([400.0, 0.0].into()));
-                    if button.clicked() || (i == 0 && enter) {
+                    let is_chosen = i == self.palette_at;
+                    let button = Button::new(action.name()).shortcut_text(keys).min_size([400.0, 0.0].into());
+                    let button = ui.add(button.selected(is_chosen));
+                    if is_chosen && step != (0, 0) {
+                        button.scroll_to_me(None);
+                    }
+                    if button.clicked() || (is_chosen && enter) {
                         done = Some(action);
                     }
                 }
@@ -508,24 +564,30 @@ impl App {
 
     /// A path to type, where the system has no dialogs.
     fn show_path(&mut self, ui: &Ui) {
-        let Some(path) = &mut self.path else { return };
-        let mut opened = None;
+        let Some((asking, path)) = &mut self.path else { return };
+        let asking = *asking;
+        let mut named = None;
+        let (words, button) = match asking {
+            Asking::Open => ("Folder of the city, or its script", "Open"),
+            Asking::Copy => ("A new folder for a copy of the city with its changes", "Save the copy"),
+        };
         let modal = egui::Modal::new(egui::Id::unique("path")).show(ui.ctx(), |ui| {
             ui.set_width(480.0);
-            let label = ui.label("Folder of the city, or its script");
+            let label = ui.label(words);
             let edit = ui.add(TextEdit::singleline(path).desired_width(460.0)).labelled_by(label.id);
             if path.is_empty() {
                 edit.request_focus();
             }
             let enter = edit.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            if ui.button("Open").clicked() || enter {
-                opened = Some(PathBuf::from(path.trim()));
+            let is_named = !path.trim().is_empty();
+            if (ui.add_enabled(is_named, Button::new(button)).clicked() || enter) && is_named {
+                named = Some(PathBuf::from(path.trim()));
             }
         });
-        if modal.should_close() || opened.is_some() {
+        if modal.should_close() || named.is_some() {
             self.path = None;
         }
-        self.state.commands.extend(opened.map(Command::Open));
+        self.state.commands.extend(named.map(|path| asking.command(path)));
     }
 
     /// What went wrong, until it is read.
@@ -599,18 +661,24 @@ impl App {
         ui.heading("Plat");
         ui.label("Grow, edit and build cities from rules. Drop a city's folder here, or choose one.");
         if ui.button("Open a city…").clicked() {
-            self.ask_for_city();
+            self.ask_for_path(Asking::Open);
         }
         let recent = self.state.preferences.recent.clone();
-        for (heading, cities) in [("Opened before", recent), ("Shipped with Plat", shipped())] {
+        let name_of = |city: &Path| {
+            let name = city.file_name().unwrap_or_default().to_string_lossy().replace('_', " ");
+            let is_alone = recent.iter().filter(|other| other.file_name() == city.file_name()).count() < 2;
+            let folder =
+                city.parent().and_then(Path::file_name).filter(|_| !is_alone && recent.iter().any(|c| c == city));
+            folder.map_or(name.clone(), |folder| format!("{name} in {}", folder.to_string_lossy()))
+        };
+        for (heading, cities) in [("Opened before", recent.clone()), ("Shipped with Plat", shipped())] {
             if !cities.is_empty() {
                 ui.add_space(12.0);
                 ui.strong(heading);
             }
             ui.horizontal_wrapped(|ui| {
                 for city in cities {
-                    let name =
-                        city.file_name().map_or_else(String::new, |name| name.to_string_lossy().replace('_', " "));
+                    let name = name_of(&city);
                     let button = match self.pictures.of(ui.ctx(), &city) {
                         Some(picture) => {
                             Button::image_and_text(Image::new(&picture).max_size([180.0, 120.0].into()), &name)

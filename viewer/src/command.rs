@@ -95,6 +95,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn screenshot(arguments: &Arguments, city: &Path, out: &Path) -> Result<(), Failure> {
+    if out.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
+        return Err(usage(format!("--out: {} is no name of a PNG file\n  hint: end it in .png", out.display())));
+    }
     let camera = camera_of(arguments)?;
     let overlay = arguments.overlay.as_deref().map(overlay_of).transpose()?;
     let gpu = Gpu::headless().map_err(|error| failed(&error))?;

@@ -14,7 +14,9 @@ pub const USUAL: &str = "code --goto {file}:{line}:{column}";
 pub fn open(command: &str, file: &str, line: u32, column: u32) -> Result<(), String> {
     let path = whole(Path::new(file));
     if !path.is_file() {
-        return Err(format!("{file} is no file here: it is a rule of the library (`plat rules --source` prints it)"));
+        return Err(format!(
+            "{file} is no file here: it is a rule that comes with the program; Change it for this city makes one of it"
+        ));
     }
     let words = words(command, &path.display().to_string(), line, column);
     let (program, arguments) = words.split_first().ok_or("no editor is named")?;

@@ -60,7 +60,11 @@ pub fn shown<'a>(
         }
         Camera::Orbit(_) => {
             let parts = MODEL_PARTS.iter().zip(layers.model).filter(|(_, is_on)| *is_on);
-            parts.flat_map(|((group, _), _)| scene.model.chunks(*group)).map(|chunk| (&**chunk, Kind::Solid)).collect()
+            let chunks = scene.model().into_iter().flat_map(|model| {
+                let groups = parts.clone();
+                groups.flat_map(|((group, _), _)| model.chunks(*group))
+            });
+            chunks.map(|chunk| (&**chunk, Kind::Solid)).collect()
         }
     };
     let is_map = matches!(camera, Camera::Map(_));

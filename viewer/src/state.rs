@@ -14,7 +14,7 @@ use crate::task::Task;
 use crate::timeline::Timeline;
 use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of, whole};
-use crate::{gallery, preset_file};
+use crate::{city_copy, gallery, preset_file};
 use city::export::map::Colouring;
 use city::why::Answer;
 use city::{Cache, Changes};
@@ -56,6 +56,10 @@ pub enum Command {
     Redo,
     /// Saves the changes beside the script.
     Save,
+    /// Saves the city with its changes as another one, in a folder that is not there yet, and goes on with that.
+    SaveCopy(PathBuf),
+    /// Copies a rule of the library into the city's folder, to be changed there.
+    Adopt(String),
     /// Saves what is in force where presets are laid as a preset of a name.
     SavePreset(String),
     /// Colours the streets of the map.
@@ -82,6 +86,8 @@ pub enum Command {
     Recover(bool),
     /// Looks at what is picked, or at all of the city.
     Fit,
+    /// Looks at all of the city.
+    FitAll,
     /// Gives up the build under way.
     Cancel,
     /// Builds again.
@@ -189,6 +195,9 @@ pub struct Filters {
     /// Which rules presets must have: of streets, parcels or buildings.
     pub kind: Option<&'static str>,
 }
+
+/// Where the texts of rules lie that come with the program.
+pub const LIBRARY: &str = "rules/";
 
 /// Room for caches on disk, in bytes.
 const CACHE_BYTES: u64 = 2_000_000_000;
@@ -302,6 +311,8 @@ impl State {
                     self.glimpses += 1;
                     self.glimpse = Some(scene);
                 }
+                // It is there to be painted.
+                News::Model => {}
                 News::Presets(presets) => self.gallery.follow(&presets),
                 News::Failed(failure) => {
                     (self.under, self.glimpse, self.held) = (None, None, None);
@@ -424,6 +435,8 @@ impl State {
                 }
             }
             Command::Save => self.save(),
+            Command::SaveCopy(folder) => self.save_copy(&folder),
+            Command::Adopt(file) => self.adopt(&file),
             Command::SavePreset(name) => self.save_preset(&name),
             Command::ColourBy(by) => {
                 self.colour_by = by;
@@ -474,7 +487,8 @@ impl State {
                 }
             }),
             Command::Recover(wanted) => self.recover(wanted),
-            Command::Fit => self.fit(),
+            Command::Fit => self.fit(self.selected.clone().as_ref()),
+            Command::FitAll => self.fit(None),
             Command::Cancel => {
                 if let Ok(worker) = &self.worker {
                     worker.cancel();
@@ -668,9 +682,57 @@ impl State {
         }
     }
 
+    /// Saves the city with its changes as another one.
+    fn save_copy(&mut self, to: &Path) {
+        let Some(ready) = self.ready.clone() else { return };
+        let now = self.history.now();
+        let text = (!now.is_empty()).then(|| now.text(&ready.as_written));
+        let copy = match city_copy::copy(&self.script, to, text.as_deref()) {
+            Ok(copy) => copy,
+            Err(error) => {
+                return self.message = Some(format!("No copy was saved; the changes are still here. {error}"));
+            }
+        };
+        // They lie in the copy now: what this city has on disk is as it was.
+        self.give_up_changes();
+        let (mut history, views) = (std::mem::take(&mut self.history), self.views.bookmark(""));
+        history.mark_saved();
+        self.open(&copy);
+        (self.history, self.keeps_views) = (history, true);
+        self.views.go_to(&views);
+        self.message = Some(format!("Saved as {}; that city is open now.", copy.display()));
+    }
+
+    /// Copies a rule of the library into the city's folder.
+    fn adopt(&mut self, file: &str) {
+        let (Some(ready), Some(name)) = (&self.ready, file.strip_prefix(LIBRARY)) else { return };
+        let Some(text) = self.text_of(file) else { return };
+        let path = ready.as_written.folder.join(name);
+        if path.exists() {
+            self.message = Some(format!("{} is there already", path.display()));
+            return;
+        }
+        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(|error| error.to_string());
+        let written = made.and_then(|()| {
+            let written = city::export::write_atomically(&path, |out| out.write_all(text.as_bytes()));
+            written.map_err(|error| error.to_string())
+        });
+        self.message = Some(match written {
+            Ok(()) => {
+                if let Some(place) = &mut self.source {
+                    place.file = path.display().to_string();
+                }
+                format!("The city has a rule of its own now: what is saved in {} shows at once.", path.display())
+            }
+            Err(error) => format!("{} could not be written: {error}", path.display()),
+        });
+    }
+
     /// Saves what is in force where presets are laid.
     fn save_preset(&mut self, name: &str) {
         let Some(ready) = self.ready.clone() else { return };
+        // As people say it.
+        let name = &name.trim().to_lowercase().replace([' ', '-'], "_");
         let plan = &ready.sources.plan;
         let there = match &self.target {
             PresetTarget::Quarter(id) => plan.in_quarter(Some(*id)),
@@ -700,10 +762,10 @@ impl State {
         }
     }
 
-    fn fit(&mut self) {
+    fn fit(&mut self, element: Option<&Element>) {
         let Some(ready) = &self.ready else { return };
         let city = &ready.built.city;
-        let polygon = self.selected.as_ref().and_then(|element| crate::inspect::polygon_of(city, element));
+        let polygon = element.and_then(|element| crate::inspect::polygon_of(city, element));
         let extent = polygon.and_then(|polygon| polygon.bounds());
         let all = ready.scene.as_ref().map_or(city.site.bounds, |scene| scene.extent);
         self.views.fit(extent.unwrap_or(all), city);

@@ -161,7 +161,12 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag() | Sense::focusable_noninteractive());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("{} view", which.name())));
     let Some(ready) = state.ready.clone() else {
-        nothing(ui, state, rect);
+        let words = match (&state.city, &state.failure) {
+            (None, _) => "Open a city to see it here",
+            (Some(_), Some(_)) => "There is no city yet: see Problems",
+            (Some(_), None) => "The city is being built",
+        };
+        nothing(ui, words, rect);
         return;
     };
     let scale = ui.ctx().pixels_per_point();
@@ -180,17 +185,15 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         state.commands.push(Command::Fit);
     }
     let (Some(scene), Some(render)) = (&ready.scene, render) else {
-        ui.painter().text(
-            rect.center(),
-            egui::Align2::CENTER_CENTER,
-            "No graphics adapter: nothing can be drawn",
-            egui::FontId::proportional(16.0),
-            ui.visuals().text_color(),
-        );
+        nothing(ui, "No graphics adapter: nothing can be drawn", rect);
         return;
     };
     let glimpse = state.glimpse.clone();
     let scene = glimpse.as_deref().unwrap_or(scene);
+    if which == View::Model && scene.model().is_none() {
+        nothing(ui, "The model is being made", rect);
+        return;
+    }
     let painted = paint(state, render, scene, &ready.built.city, which, pixels.map(|side| side as u32));
     match painted {
         Ok(texture) => {
@@ -200,20 +203,28 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         Err(error) => state.message = Some(error),
     }
     state.views.see(which, pixels);
-    if which == View::Map {
-        marks(ui, state, &ready.built.report, rect, pixels, scale);
-        outline(ui, state, &ready.built.city, rect, pixels, scale);
+    match which {
+        View::Map => {
+            marks(ui, state, &ready.built.report, rect, pixels, scale);
+            outline(ui, state, &ready.built.city, rect, |[a, b]| {
+                Some([a, b].map(|place| on_screen(state, place, rect, pixels, scale)))
+            });
+        }
+        View::Model => {
+            let (camera, city) = (state.views.model.camera, &ready.built.city);
+            outline(ui, state, city, rect, |ends| {
+                let in_space = ends.map(|place| place.extend(city.site.elevation(place) + ABOVE));
+                let seen = camera.pixels_of(in_space, pixels)?;
+                Some(seen.map(|[x, y]| Pos2::new(rect.min.x + x / scale, rect.min.y + y / scale)))
+            });
+        }
     }
 }
 
-/// Says what there is to do, or what is going on.
-fn nothing(ui: &Ui, state: &State, rect: Rect) {
-    let words = match (&state.city, &state.failure) {
-        (None, _) => "Open a city to see it here",
-        (Some(_), Some(_)) => "There is no city yet: see Problems",
-        (Some(_), None) => "The city is being built",
-    };
-    let colour = ui.visuals().weak_text_color();
+/// Says why there is nothing to see.
+fn nothing(ui: &Ui, words: &str, rect: Rect) {
+    ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
+    let colour = ui.visuals().text_color();
     ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, words, egui::FontId::proportional(16.0), colour);
 }
 
@@ -396,14 +407,33 @@ fn on_screen(state: &State, place: Vec2, rect: Rect, pixels: [f32; 2], scale: f3
     Pos2::new(rect.min.x + x / scale, rect.min.y + y / scale)
 }
 
-/// The rim of what is picked, over the map.
-fn outline(ui: &Ui, state: &State, city: &City, rect: Rect, pixels: [f32; 2], scale: f32) {
+/// Metres that rims lie above the ground in the model.
+const ABOVE: f64 = 1.0;
+
+/// Longest piece of a rim in metres: it follows the ground.
+const PIECE: f64 = 25.0;
+
+/// Most pieces of a rim that are drawn; longer ones are drawn more coarsely.
+const MOST_PIECES: f64 = 4000.0;
+
+/// The rim of what is picked, over a view that shows pieces of it where it says.
+fn outline(ui: &Ui, state: &State, city: &City, rect: Rect, on_view: impl Fn([Vec2; 2]) -> Option<[Pos2; 2]>) {
     let Some(polygon) = state.selected.as_ref().and_then(|element| polygon_of(city, element)) else { return };
-    let place = |at: Vec2| on_screen(state, at, rect, pixels, scale);
+    let edges = polygon.rings().flat_map(|ring| {
+        let next = ring.iter().cycle().skip(1);
+        ring.iter().zip(next).map(|(a, b)| (a.metres(), b.metres()))
+    });
+    let edges: Vec<(Vec2, Vec2)> = edges.collect();
+    let length: f64 = edges.iter().map(|(a, b)| a.distance(*b)).sum();
+    let piece = PIECE.max(length / MOST_PIECES);
+    let mut pieces = Vec::new();
+    for (a, b) in edges {
+        let count = (a.distance(b) / piece).ceil().max(1.0);
+        let at = |i: f64| a.lerp(b, i / count);
+        pieces.extend((0..count as usize).filter_map(|i| on_view([at(i as f64), at(i as f64 + 1.0)])));
+    }
     let painter = ui.painter().with_clip_rect(rect);
-    for ring in polygon.rings() {
-        let points: Vec<Pos2> = ring.iter().chain(ring.first()).map(|p| place(p.metres())).collect();
-        painter.line(points.clone(), Stroke::new(4.0, Color32::WHITE));
-        painter.line(points, Stroke::new(2.0, Color32::from_rgb(0xc2, 0x18, 0x5b)));
+    for stroke in [Stroke::new(4.0, Color32::WHITE), Stroke::new(2.0, Color32::from_rgb(0xc2, 0x18, 0x5b))] {
+        painter.extend(pieces.iter().map(|&points| egui::Shape::LineSegment { points, stroke }));
     }
 }

@@ -4,8 +4,8 @@ use crate::render::Gpu;
 use crate::scene::{ColourBy, Scene};
 use crate::sight::Sight;
 use city::{
-    BuildError, Built, Cache, Cancel, Changes, ChangesError, FaultReport, LoadError, Loaded, Progress, Settings, Silent,
-    Sources, Stage, Watch, build_with, load_as_written,
+    BuildError, Built, Cache, Cancel, Changes, ChangesError, FaultReport, LoadError, Loaded, Progress, Settings,
+    Silent, Sources, Stage, Watch, build_with, load_as_written,
 };
 use geom::{Digest, Id};
 use script::{Preset, Texts};
@@ -33,8 +33,10 @@ pub struct Order {
 pub enum News {
     /// A build is under way: a stage, with the share of it that is done where that is known.
     Under(&'static str, Option<f32>),
-    /// A city is ready.
+    /// A city is ready; of the first of its folder the model may come later.
     Ready(Arc<Ready>),
+    /// The model of the city that was told last is there, too.
+    Model,
     /// What is in sight of the next city, which is still under way; elsewhere the last one stays.
     Glimpse(Arc<Scene>),
     /// The presets that can be laid on it, each with the digest of all that it says.
@@ -280,12 +282,19 @@ impl Bench {
         if let Err(error) = self.watch.follow(&folders) {
             self.teller.tell(News::Unwatched(error.to_string()));
         }
-        let result = self.made(order, &cancel, &folders, before.as_deref(), begin);
+        let of_same = before.as_deref().filter(|ready| ready.order.city == order.city);
+        let result = self.made(order, &cancel, &folders, of_same, begin);
         *lock(&self.shared.building) = None;
         match result {
             Ok(Some(ready)) => {
                 let ready = Arc::new(ready);
                 self.teller.tell(News::Ready(ready.clone()));
+                if let (Some(gpu), Some(scene)) = (&self.gpu, &ready.scene)
+                    && scene.model().is_none()
+                {
+                    scene.add_model(gpu, &ready.built.city, &self.cache);
+                    self.teller.tell(News::Model);
+                }
                 self.tell_presets(&ready);
                 Some(ready)
             }
@@ -383,9 +392,9 @@ impl Bench {
             Err(error) => return Err(Box::new(Failure::of_build(order, &error, &changed.texts))),
         };
         self.teller.tell(News::Under("drawing", None));
-        let scene = self.gpu.as_ref().map(|gpu| {
-            let before = before.and_then(|ready| ready.scene.as_ref());
-            Scene::of(gpu, &built.city, &self.cache, order.colour_by, before)
+        let scene = self.gpu.as_ref().map(|gpu| match before.and_then(|ready| ready.scene.as_ref()) {
+            Some(before) => Scene::of(gpu, &built.city, &self.cache, order.colour_by, Some(before)),
+            None => Scene::of_map(gpu, &built.city, order.colour_by),
         });
         if cancel.is_cancelled() {
             return Ok(None);

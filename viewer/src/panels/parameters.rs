@@ -161,8 +161,29 @@ fn row(ui: &mut Ui, state: &mut State, param: &RoleParam, address: &str, source:
             }
         });
     }
-    if !param.param.about.is_empty() {
-        ui.weak(&param.param.about);
+    let about = [param.param.about.clone(), range(&param.param.domain)];
+    let about: Vec<String> = about.into_iter().filter(|words| !words.is_empty()).collect();
+    if !about.is_empty() {
+        ui.weak(about.join("; "));
+    }
+}
+
+/// Between which values a number may lie, as people say it; what is typed beyond is brought back.
+fn range(domain: &Domain) -> String {
+    let (low, high, unit) = match domain {
+        Domain::Number { unit, range: (low, high) } => {
+            (low.is_finite().then(|| low.to_string()), high.is_finite().then(|| high.to_string()), unit.suffix())
+        }
+        Domain::Whole { range: (low, high) } => {
+            ((*low > i64::MIN).then(|| low.to_string()), (*high < i64::MAX).then(|| high.to_string()), "")
+        }
+        _ => return String::new(),
+    };
+    match (low, high) {
+        (Some(low), Some(high)) => format!("from {low} to {high}{unit}"),
+        (Some(low), None) => format!("at least {low}{unit}"),
+        (None, Some(high)) => format!("at most {high}{unit}"),
+        (None, None) => String::new(),
     }
 }
 

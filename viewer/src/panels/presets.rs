@@ -18,7 +18,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     target(ui, state, ready.built.city.districts.iter().filter_map(|area| area.name.clone()));
     let changes = state.history.now();
     for (target, name) in changes.presets() {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(format!("{} on {}", words(name), target_name(target))).strong());
             let text = format!("Take {} from {}", words(name), target_name(target));
             if called(ui.small_button("Take off"), &text).clicked() {

@@ -15,7 +15,8 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
             (None, None) => "It does not build.",
         };
         ui.colored_label(ui.visuals().error_fg_color, words);
-        if state.held.is_some() && ui.button("Show it anyway").on_hover_text("With what stands in for the rules").clicked()
+        if state.held.is_some()
+            && ui.button("Show it anyway").on_hover_text("With what stands in for the rules").clicked()
         {
             state.commands.push(Command::ShowAnyway);
         }
@@ -45,7 +46,10 @@ fn unsuited(ui: &mut Ui, state: &mut State, wrong: &[ChangesError]) {
     if wrong.is_empty() {
         return;
     }
-    ui.colored_label(ui.visuals().error_fg_color, "Changes that do not suit the script: the city is shown without them.");
+    ui.colored_label(
+        ui.visuals().error_fg_color,
+        "Changes that do not suit the script: the city is shown without them.",
+    );
     for error in wrong {
         ui.label(error.to_string());
     }

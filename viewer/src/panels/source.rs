@@ -1,7 +1,7 @@
 //! The text of a script, at the place that a fault or an answer tells.
 
 use crate::editor;
-use crate::state::State;
+use crate::state::{Command, LIBRARY, State};
 use eframe::egui::{Align, RichText, ScrollArea, TextEdit, TextStyle, Ui};
 
 /// A place in a script.
@@ -29,6 +29,12 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         if ui.button("Open in editor").on_hover_text("By the command below").clicked() {
             let opened = editor::open(&state.preferences.editor, &place.file, place.line, place.column);
             state.message = opened.err().or(state.message.take());
+        }
+        if place.file.starts_with(LIBRARY) && state.ready.is_some() {
+            let help = "The rule comes with the program; one of its name in the city's folder takes its place";
+            if ui.button("Change it for this city").on_hover_text(help).clicked() {
+                state.commands.push(Command::Adopt(place.file.clone()));
+            }
         }
         if ui.small_button("Copy place").clicked() {
             ui.ctx().copy_text(format!("{}:{}:{}", place.file, place.line, place.column));

@@ -95,8 +95,17 @@ fn standing(ui: &mut Ui, judged: Option<&city::measure::Judged>) {
 
 /// A measure's name as words, without the unit that stands behind it.
 fn words_of(name: &str) -> String {
-    let bare = ["_km2", "_ha"].iter().find_map(|unit| name.strip_suffix(unit)).filter(|bare| *bare != "km_per");
-    bare.unwrap_or(name).replace('_', " ")
+    let bare = match name {
+        "km2" => "area",
+        "km_per_km2" => "streets",
+        "steep_km" => "steep streets",
+        "grade_p95" => "grade, 95th percentile",
+        "segment_cv" => "segment spread",
+        "x_share" => "four-way share",
+        "t_share" => "three-way share",
+        _ => ["_km2", "_ha"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name),
+    };
+    bare.replace('_', " ")
 }
 
 fn unit(unit: &str) -> String {

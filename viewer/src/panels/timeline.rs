@@ -30,6 +30,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     let Some(moment) = timeline.moment.clone() else { return };
     let mut step = moment.step;
     let label = ui.label("Step");
+    ui.spacing_mut().slider_width = (ui.available_width() - 80.0).max(80.0);
     if ui.add(Slider::new(&mut step, 0..=moment.last)).labelled_by(label.id).changed() {
         timeline.play(false);
         timeline.go(step);

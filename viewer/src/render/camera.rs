@@ -160,6 +160,23 @@ impl OrbitCamera {
         (perspective(aspect, near, far) * looking(eye, self.forward(), DVec3::Z)).as_mat4()
     }
 
+    /// The pixels that both ends of a line in space are seen at, as far as it lies before the eye; `None` where it does not.
+    pub fn pixels_of(&self, ends: [Vec3; 2], [width, height]: [f32; 2]) -> Option<[[f32; 2]; 2]> {
+        let to_clip = self.to_clip([width, height]);
+        let (near, _) = self.range();
+        let [mut a, mut b] = ends.map(|end| to_clip * (end - self.target).as_vec3().extend(1.0));
+        let near = near as f32;
+        if a.w < near && b.w < near {
+            return None;
+        }
+        if a.w < near {
+            a += (b - a) * ((near - a.w) / (b.w - a.w));
+        } else if b.w < near {
+            b += (a - b) * ((near - b.w) / (a.w - b.w));
+        }
+        Some([a, b].map(|at| [(at.x / at.w * 0.5 + 0.5) * width, (0.5 - at.y / at.w * 0.5) * height]))
+    }
+
     /// The ground under a pixel, where it lies at the height of the target; far off where the pixel shows the sky.
     pub fn ground(&self, pixel: [f32; 2], pixels: [f32; 2]) -> Vec2 {
         let (from, way) = self.ray(pixel, pixels);
@@ -246,6 +263,24 @@ mod tests {
         let clip = camera.to_clip(PIXELS) * glam::Vec4::new(0.0, 0.0, 0.0, 1.0);
         assert!((clip.x / clip.w).abs() < 1e-4 && (clip.y / clip.w).abs() < 1e-4);
         assert!((0.0..1.0).contains(&(clip.z / clip.w)));
+    }
+
+    #[test]
+    fn lines_in_space_are_seen_where_rays_go_and_are_cut_off_at_the_eye() {
+        let camera = OrbitCamera { target: Vec3::new(900.0, -40.0, 7.0), distance: 500.0, heading: 200.0, pitch: 50.0 };
+        let through = |pixel: [f32; 2], far: f64| {
+            let (from, way) = camera.ray(pixel, PIXELS);
+            from + way * far
+        };
+        let ends = [[130.0, 470.0], [700.0, 20.0]];
+        let seen = camera.pixels_of([through(ends[0], 350.0), through(ends[1], 800.0)], PIXELS).unwrap();
+        for (seen, end) in seen.iter().zip(ends) {
+            assert!((seen[0] - end[0]).abs() < 0.1 && (seen[1] - end[1]).abs() < 0.1, "{seen:?} {end:?}");
+        }
+        let behind = through([400.0, 300.0], -50.0);
+        let cut = camera.pixels_of([behind, through(ends[0], 350.0)], PIXELS).unwrap();
+        assert!((cut[1][0] - 130.0).abs() < 0.1 && cut[0].iter().all(|pixel| pixel.is_finite()), "{cut:?}");
+        assert_eq!(camera.pixels_of([behind, through(ends[0], -9.0)], PIXELS), None);
     }
 
     #[test]

@@ -345,12 +345,8 @@ impl Renderer {
             pass.set_bind_group(0, &bindings, &[]);
             pass.set_vertex_buffer(1, self.corners.slice(..));
             if let Some(ground) = shown.ground {
-                pass.set_pipeline(&self.pipelines.ground);
                 pass.set_bind_group(1, &self.pipelines.bind_texture(device, &ground.texture), &[]);
-                pass.set_vertex_buffer(0, self.site_quad(shown).slice(..));
-                pass.draw(0..6, 0..1);
-                cost.draws += 1;
-                cost.primitives += 2;
+                self.paint_site(pass, &self.pipelines.ground, shown, cost);
             }
             let mut kind = None;
             for (i, seen) in seen.iter().enumerate() {
@@ -358,6 +354,10 @@ impl Renderer {
                     pass.set_pipeline(self.pipelines.of(seen.kind));
                 }
                 self.draw_chunk(pass, seen.chunk, seen.count, 1 + i, cost);
+            }
+            // In space it lies on every surface.
+            if shown.overlay.is_some() && !in_space {
+                self.paint_site(pass, &self.pipelines.overlay, shown, cost);
             }
         };
         let over = (in_space && shown.look.silhouettes > 0.0).then_some(
@@ -370,6 +370,14 @@ impl Renderer {
         );
         target.paint(&mut encoder, shown.background, paint, over);
         self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    fn paint_site(&self, pass: &mut wgpu::RenderPass, pipeline: &wgpu::RenderPipeline, shown: &Shown, cost: &mut Cost) {
+        pass.set_pipeline(pipeline);
+        pass.set_vertex_buffer(0, self.site_quad(shown).slice(..));
+        pass.draw(0..6, 0..1);
+        cost.draws += 1;
+        cost.primitives += 2;
     }
 
     fn draw_chunk(&self, pass: &mut wgpu::RenderPass, chunk: &Chunk, count: u32, place: usize, cost: &mut Cost) {

@@ -18,6 +18,8 @@ pub struct Pipelines {
     line: wgpu::RenderPipeline,
     /// Land, water and parks.
     pub ground: wgpu::RenderPipeline,
+    /// A map over all that is on a map.
+    pub overlay: wgpu::RenderPipeline,
     /// Depths seen from the sun.
     pub shadow: wgpu::RenderPipeline,
     /// Over the finished picture.
@@ -138,6 +140,7 @@ impl Pipelines {
             groups: &[Some(&view), Some(&texture)],
             ..area
         };
+        let overlay = Recipe { label: "overlay", fragment: Some("overlay_fragment"), ..area };
         let shadow = Recipe { label: "shadow", vertex: "shadow_vertex", fragment: None, samples: 1, ..solid };
         let silhouettes = Recipe {
             label: "silhouettes",
@@ -160,6 +163,7 @@ impl Pipelines {
             area: make(&area),
             line: make(&line),
             ground: make(&ground),
+            overlay: make(&overlay),
             shadow: make(&shadow),
             silhouettes: make(&silhouettes),
             no_shadows: target::depth(gpu, [1, 1], 1, "no shadows"),

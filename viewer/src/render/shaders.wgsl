@@ -26,11 +26,12 @@ fn overlay_colour(value: f32) -> vec3<f32> {
     return select(mix(b, c, t * 2.0 - 1.0), mix(a, b, t * 2.0), t < 0.5);
 }
 
-fn with_overlay(colour: vec3<f32>, place: vec2<f32>) -> vec3<f32> {
+// What the overlay shows at a place, and how strongly.
+fn overlay_at(place: vec2<f32>) -> vec4<f32> {
     let at = (place - view.site.xy) / view.site.zw;
     let value = textureSampleLevel(overlay_map, linear_sampler, vec2<f32>(at.x, 1.0 - at.y), 0.0).r;
     let inside = all(at >= vec2<f32>(0.0)) && all(at <= vec2<f32>(1.0));
-    return mix(colour, overlay_colour(value), select(0.0, view.strengths.x, inside));
+    return vec4<f32>(overlay_colour(value), select(0.0, view.strengths.x, inside));
 }
 
 struct SolidIn {
@@ -85,7 +86,8 @@ fn solid_fragment(in: SolidOut) -> @location(0) vec4<f32> {
     let sun = max(dot(normal, view.sun.xyz), 0.0) * lit(in.place, normal);
     // Sky from above, light thrown back from the ground.
     let sky = mix(vec3<f32>(0.30, 0.28, 0.25), vec3<f32>(0.52, 0.56, 0.62), normal.z * 0.5 + 0.5);
-    let colour = with_overlay(in.colour, in.place.xy);
+    let over = overlay_at(in.place.xy);
+    let colour = mix(in.colour, over.rgb, over.a);
     return vec4<f32>(colour * (sky + sun * vec3<f32>(0.62, 0.58, 0.50)), 1.0);
 }
 
@@ -134,7 +136,13 @@ fn ground_fragment(in: FlatOut) -> @location(0) vec4<f32> {
     let shore = 1.0 - smoothstep(0.0, 1.5, abs(ground.r - 0.5) / max(fwidth(ground.r), 1e-4));
     colour = mix(colour, vec3<f32>(0.25, 0.42, 0.56), shore * 0.5);
     colour *= mix(1.0, 0.75 + 0.5 * ground.b, land);
-    return vec4<f32>(with_overlay(colour, in.place), 1.0);
+    return vec4<f32>(colour, 1.0);
+}
+
+// A map laid over everything on a map.
+@fragment
+fn overlay_fragment(in: FlatOut) -> @location(0) vec4<f32> {
+    return overlay_at(in.place);
 }
 
 struct ScreenOut {

@@ -12,7 +12,7 @@ use crate::render::{Gpu, Ground};
 use crate::sight::Sight;
 use city::{Cache, City, Digests};
 use geom::{Bounds, Id};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Everything there is to draw of a city.
 #[derive(Debug)]
@@ -23,8 +23,8 @@ pub struct Scene {
     pub extent: Bounds,
     /// On a map.
     pub map: MapScene,
-    /// In space.
-    pub model: ModelScene,
+    /// In space; made after the map where there is nothing to see yet.
+    model: OnceLock<ModelScene>,
     /// Below the map.
     pub ground: Arc<Ground>,
     /// What the city was made from, stage by stage, as far as that is known.
@@ -32,6 +32,23 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The map of a city that nothing was shown of yet: the model takes longer, and can be added.
+    pub fn of_map(gpu: &Gpu, city: &City, colour_by: ColourBy) -> Self {
+        let (map, ground) =
+            rayon::join(|| MapScene::of(gpu, city, colour_by, None), || Arc::new(map::ground(gpu, city)));
+        Self::with(city, map, OnceLock::new(), ground)
+    }
+
+    /// Adds the model of the city; one that is there stays.
+    pub fn add_model(&self, gpu: &Gpu, city: &City, cache: &Cache) {
+        self.model.get_or_init(|| ModelScene::of(gpu, &city::export::glb::model(city, cache), None));
+    }
+
+    /// The city in space, once it was made.
+    pub fn model(&self) -> Option<&ModelScene> {
+        self.model.get()
+    }
+
     /// The scene of a city; chunks that are the same in `before` are taken from there.
     pub fn of(gpu: &Gpu, city: &City, cache: &Cache, colour_by: ColourBy, before: Option<&Self>) -> Self {
         Self::of_part(gpu, city, cache, colour_by, before, None)
@@ -49,17 +66,16 @@ impl Scene {
         let model = city::export::glb::model(city, cache);
         let (map, model) = rayon::join(
             || MapScene::of_part(gpu, city, colour_by, before.map(|scene| (&scene.map, scene.digests)), sight),
-            || ModelScene::of_part(gpu, &model, before.map(|scene| &scene.model), sight),
+            || ModelScene::of_part(gpu, &model, before.and_then(Self::model), sight),
         );
         let kept = before.filter(|scene| are_same(scene.digests.site, city.digests.site));
-        Self {
-            site: city.site.bounds,
-            extent: city.graph.bounds().unwrap_or(city.site.bounds),
-            map,
-            model,
-            ground: kept.map_or_else(|| Arc::new(map::ground(gpu, city)), |scene| scene.ground.clone()),
-            digests: city.digests,
-        }
+        let ground = kept.map_or_else(|| Arc::new(map::ground(gpu, city)), |scene| scene.ground.clone());
+        Self::with(city, map, model.into(), ground)
+    }
+
+    fn with(city: &City, map: MapScene, model: OnceLock<ModelScene>, ground: Arc<Ground>) -> Self {
+        let extent = city.graph.bounds().unwrap_or(city.site.bounds);
+        Self { site: city.site.bounds, extent, map, model, ground, digests: city.digests }
     }
 }
 

@@ -549,3 +549,187 @@ fn presets_are_found_by_the_kinds_of_rules_they_have() {
     click(&mut window, "Presets: Streets");
     assert!(window.query_by_label("Lay Only streets").is_some());
 }
+
+/// The number a slider stands at.
+fn standing(window: &Harness<App>, address: &str) -> f64 {
+    let slider = window.get_by_role_and_label(Role::Slider, address);
+    slider.accesskit_node().numeric_value().expect("a number")
+}
+
+/// The first parameter of streets that is a number, and its slider.
+fn a_number(window: &Harness<App>) -> String {
+    let plan = &window.state().state().ready.as_ref().unwrap().sources.plan;
+    let is_number = |p: &script::RoleParam| matches!(p.param.domain, script::Domain::Number { range: (low, high), .. } if low.is_finite() && high.is_finite());
+    plan.parameters().into_iter().find(is_number).expect("a number").address
+}
+
+#[test]
+fn a_slider_that_is_dragged_is_one_step_to_undo() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let mut window = window();
+    open(&mut window, &city);
+    let at_first = shown(&window);
+    click(&mut window, "Parameters");
+    let address = a_number(&window);
+    let (before, rect) = (standing(&window, &address), window.get_by_role_and_label(Role::Slider, &address).rect());
+    let at = |share: f32| eframe::egui::pos2(rect.left() + rect.width() * share, rect.center().y);
+    window.drag_at(at(0.3));
+    window.run_steps(2);
+    for i in 0..6 {
+        window.hover_at(at(0.35 + 0.05 * i as f32));
+        settle(&mut window);
+    }
+    window.drop_at(at(0.62));
+    settle(&mut window);
+    let after = standing(&window, &address);
+    let state = window.state().state();
+    assert!(after != before && state.history.now().value(&address).is_some(), "{before} {after}");
+    assert!(shown(&window) != at_first);
+    click(&mut window, &format!("Reset {address}"));
+    for expected in [after, before] {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        settle(&mut window);
+        assert_eq!(standing(&window, &address), expected);
+    }
+    assert_eq!(window.state().state().history.to_undo(), None);
+    assert_eq!(shown(&window), at_first);
+}
+
+#[test]
+fn parameters_show_what_is_asked_for_while_nothing_can_be_built() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let mut window = window();
+    open(&mut window, &city);
+    let at_first = shown(&window);
+    click(&mut window, "Parameters");
+    let address = a_number(&window);
+    let before = standing(&window, &address);
+    let script = city.join("city.rhai");
+    let text = fs::read_to_string(&script).unwrap();
+    fs::write(&script, format!("{text}\nlet broken = ;\n")).unwrap();
+    wait_for(&mut window, "a broken script", |app| app.state().failure.is_some());
+    let set = Command::Set { address: address.clone(), value: (before + 1.5).to_string(), turning: false };
+    window.state_mut().state_mut().commands.push(set);
+    settle(&mut window);
+    assert_eq!(standing(&window, &address), before + 1.5);
+    assert!(window.query_by_label(&format!("Reset {address}")).is_some());
+    assert_eq!(shown(&window), at_first, "the last good city stays");
+    fs::write(&script, &text).unwrap();
+    wait_for(&mut window, "a mended script", |app| app.state().failure.is_none());
+    settle(&mut window);
+    assert_eq!((standing(&window, &address), shown(&window) != at_first), (before + 1.5, true));
+}
+
+#[test]
+fn the_palette_is_gone_through_by_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let mut window = window();
+    open(&mut window, &city);
+    let is_shown = |window: &Harness<App>| window.query_by_role_and_label(Role::Button, "Run").is_some();
+    let open_palette = |window: &mut Harness<App>| {
+        window.key_press_modifiers(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P);
+        settle(window);
+        // All actions whose names hold these letters; Console is the second.
+        type_into(window, "All that can be done", "so");
+    };
+    open_palette(&mut window);
+    window.key_press(Key::ArrowDown);
+    window.key_press(Key::ArrowDown);
+    window.key_press(Key::ArrowUp);
+    settle(&mut window);
+    assert!(!is_shown(&window));
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    assert!(is_shown(&window));
+    assert!(window.query_by_label("All that can be done").is_none(), "it is closed");
+    // Below the last there is nothing, and what does not exist cannot be done.
+    open_palette(&mut window);
+    for _ in 0..40 {
+        window.key_press(Key::ArrowDown);
+    }
+    type_into(&mut window, "All that can be done", "nothing of the kind");
+    assert!(window.query_by_label_contains("Nothing of that name").is_some());
+    window.key_press(Key::Enter);
+    window.key_press(Key::Escape);
+    settle(&mut window);
+    assert!(window.query_by_label("All that can be done").is_none());
+}
+
+#[test]
+fn a_copy_of_the_city_takes_the_changes_along_and_can_be_undone_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let preferences = folder.path().join("config/viewer.json");
+    let mut window = window_of(Some(preferences.clone()));
+    open(&mut window, &city);
+    let at_first = shown(&window);
+    window.state_mut().state_mut().commands.push(Command::Seed(Some(77)));
+    settle(&mut window);
+    let changed = shown(&window);
+    let taken = Command::SaveCopy(city.join("inside"));
+    window.state_mut().state_mut().commands.push(taken);
+    settle(&mut window);
+    assert!(window.query_by_label_contains("in the city itself").is_some());
+    assert!(!window.state().state().history.is_saved());
+    let copy = folder.path().join("copies/mine");
+    window.state_mut().state_mut().commands.push(Command::SaveCopy(copy.clone()));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("that city is open now").is_some());
+    let state = window.state().state();
+    assert!(state.history.is_saved() && state.city.as_ref() == Some(&copy));
+    assert_eq!((shown(&window), built(&load(&copy, None).unwrap())), (changed, changed));
+    assert_eq!(built(&load(&city, None).unwrap()), at_first, "the city itself is as it was");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(shown(&window), at_first);
+    drop(window);
+    let mut again = window_of(Some(preferences));
+    open(&mut again, &city);
+    assert!(again.query_by_label("Take them up").is_none(), "they are saved in the copy");
+}
+
+#[test]
+fn a_rule_of_the_library_becomes_the_citys_own_to_be_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let mut window = window();
+    open(&mut window, &city);
+    let at_first = shown(&window);
+    let building = window.state().state().ready.as_ref().unwrap().built.city.buildings[0].id;
+    let element = Element { kind: ElementKind::Building, id: building };
+    window.state_mut().state_mut().commands.extend([Command::Select(Some(element)), Command::Ask]);
+    settle(&mut window);
+    tab(&mut window, "Inspector");
+    click(&mut window, "Text of buildings/extruded");
+    tab(&mut window, "Source");
+    click(&mut window, "Change it for this city");
+    let own = city.join("buildings/extruded.rhai");
+    assert!(window.query_by_label_contains("a rule of its own now").is_some());
+    wait_for(&mut window, "the own rule", |app| {
+        app.state().ready.as_ref().is_some_and(|ready| ready.as_written.texts.get(&own.to_string_lossy()).is_some())
+    });
+    settle(&mut window);
+    assert_eq!(shown(&window), at_first, "it says the same");
+    assert!(window.query_by_label("Change it for this city").is_none());
+    let text = fs::read_to_string(&own).unwrap();
+    fs::write(
+        &own,
+        text.replacen(
+            "fn build(shape, p) {",
+            "fn build(shape, p) { if shape.chance(9) < 0.5 { return shape.none(); }",
+            1,
+        ),
+    )
+    .unwrap();
+    wait_for(&mut window, "another city", |app| {
+        let ready = app.state().ready.as_ref().unwrap();
+        app.state().failure.is_some()
+            || ready.as_written.texts.get(&own.to_string_lossy()).is_some_and(|now| *now != *text)
+    });
+    settle(&mut window);
+    assert!(window.state().state().failure.is_none(), "{:?}", window.state().state().failure);
+    assert_ne!(shown(&window), at_first);
+}

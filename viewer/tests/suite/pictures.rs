@@ -194,6 +194,22 @@ fn options_layers_colours_and_overlays_look_as_they_did() {
 }
 
 #[test]
+fn a_map_laid_over_another_hides_none_of_its_places() {
+    let Some(gpu) = device() else { return };
+    let built = built("patterns");
+    let scene = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
+    let middle = built.city.site.bounds.size() / 2.0;
+    let map = Camera::Map(MapCamera { centre: middle, scale: 1.2 });
+    let mut names = built.city.site.maps.keys();
+    let name = names.next().expect("a map of the site").clone();
+    let whole = Picture { overlay: Some((name, 1.0)), ..wish(map) };
+    let mut bare = whole.clone();
+    bare.layers.map.clear();
+    let draw = |wish: &Picture| of_scene(&gpu, &scene, &built.city, wish).unwrap();
+    assert_eq!(apart(&draw(&whole), &draw(&bare)), 0, "under a map that lets nothing through there is nothing to see");
+}
+
+#[test]
 fn every_option_shows() {
     let Some(gpu) = device() else { return };
     let built = with_everything();
@@ -300,7 +316,7 @@ fn a_scene_over_another_shows_what_a_fresh_one_does() {
         let keeps_streets =
             edit.as_ref().is_some_and(|edit| edit.starts_with("buildings") || edit.starts_with("parcels"));
         if let Some(before) = before.as_ref().filter(|_| keeps_streets) {
-            assert!(over.model.shared(&before.model) > 0, "{edit:?}: nothing was kept");
+            assert!(over.model().unwrap().shared(before.model().unwrap()) > 0, "{edit:?}: nothing was kept");
         }
         for camera in on_map(&built).into_iter().chain(in_space(&built)) {
             let draw = |scene: &Scene| of_scene(&gpu, scene, &built.city, &wish(camera)).unwrap();

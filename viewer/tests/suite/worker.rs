@@ -91,3 +91,56 @@ fn what_is_in_sight_comes_first_and_is_what_the_whole_shows_there() {
     assert!(draw(&glimpse) == draw(ready.scene.as_ref().unwrap()), "it shows what the whole does");
     assert!(draw(&glimpse) != draw(first.scene.as_ref().unwrap()), "something is another");
 }
+
+#[test]
+fn a_build_for_saved_files_is_told_of_and_can_be_given_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = crate::desk::copy_of("lattice", folder.path());
+    let worker = Worker::start(None, Cache::none(), Arc::new(|| {})).unwrap();
+    worker.order(Order { city: city.clone(), rules: None, changes: Changes::default(), colour_by: None });
+    assert_eq!(cities(&worker).len(), 1);
+    let script = city.join("city.rhai");
+    let text = std::fs::read_to_string(&script).unwrap();
+    std::fs::write(&script, format!("{text}\n// Saved.\n")).unwrap();
+    let begin = Instant::now();
+    let mut stages = Vec::new();
+    while stages.is_empty() {
+        stages.extend(worker.news().filter(|news| matches!(news, News::Under(..))));
+        assert!(begin.elapsed() < PATIENCE, "nothing was told");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(!worker.is_idle(), "it is at work");
+    while !worker.is_idle() {
+        worker.cancel();
+    }
+    assert!(!worker.news().any(|news| matches!(news, News::Ready(_))), "it was given up");
+    std::fs::write(&script, &text).unwrap();
+    while worker.is_idle() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(!cities(&worker).is_empty(), "the next save is built");
+}
+
+#[test]
+fn the_model_follows_the_map_of_the_first_city_and_is_there_at_once_for_the_next() {
+    let Ok(gpu) = Gpu::headless() else { return println!("SKIPPED: no graphics adapter") };
+    let worker = Worker::start(Some(gpu), Cache::in_memory(), Arc::new(|| {})).unwrap();
+    let begin = Instant::now();
+    let mut told = Vec::new();
+    worker.order(order(1));
+    while !told.contains(&"model") {
+        for news in worker.news() {
+            match news {
+                News::Ready(_) => told.push("city"),
+                News::Model => told.push("model"),
+                _ => {}
+            }
+        }
+        assert!(begin.elapsed() < PATIENCE, "nothing came of it");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert_eq!(told, ["city", "model"]);
+    worker.order(order(2));
+    let next = cities(&worker).pop().expect("a city");
+    assert!(next.scene.as_ref().unwrap().model().is_some_and(|model| !model.is_empty()));
+}
