@@ -69,7 +69,7 @@ fn main() {
     println!("{:32} {}", "from scratch, nothing drawn", seconds(&[from_scratch(), from_scratch()]));
     steps(&gpu, &city);
     cached(&gpu, &city);
-    let worker = Worker::start(Some(gpu.clone()), Cache::in_memory(), Arc::new(|| {})).unwrap();
+    let worker = Worker::start(Some(gpu.clone()), Cache::in_memory, Arc::new(|| {})).unwrap();
     let order = |changes| Order { city: city.clone(), rules: None, changes, colour_by: None };
     let begin = Instant::now();
     worker.order(order(Changes::default()));

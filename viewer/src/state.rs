@@ -210,8 +210,10 @@ impl State {
         let is_users = preferences_file.is_some() && preferences_file == Preferences::file();
         let folder = is_users.then(dirs::cache_dir).flatten();
         let pictures = folder.as_ref().map(|folder| folder.join("plat-view").join("presets"));
-        let on_disk = folder.and_then(|folder| Cache::on_disk(&folder.join("plat"), CACHE_BYTES).ok());
-        let cache = on_disk.unwrap_or_else(Cache::in_memory);
+        let cache = move || {
+            let on_disk = folder.and_then(|folder| Cache::on_disk(&folder.join("plat"), CACHE_BYTES).ok());
+            on_disk.unwrap_or_else(Cache::in_memory)
+        };
         let recovery = Recovery::beside(preferences_file.as_deref());
         Self {
             preferences,

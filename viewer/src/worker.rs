@@ -140,19 +140,21 @@ struct Orders {
 }
 
 impl Worker {
-    /// Starts it.
+    /// Starts it. The cache is opened on its thread, since that takes a while.
     ///
     /// # Errors
     /// When files cannot be watched at all, or there is no thread.
-    pub fn start(gpu: Option<Gpu>, cache: Cache, wake: Wake) -> Result<Self, String> {
+    pub fn start(gpu: Option<Gpu>, cache: impl FnOnce() -> Cache + Send + 'static, wake: Wake) -> Result<Self, String> {
         let (sender, news) = channel();
         let shared = Arc::<Shared>::default();
         let watch = Watch::new(&[]).map_err(|error| error.to_string())?;
         let stop = Arc::new(watch.stopper());
         let teller = Teller { sender, wake };
-        let bench = Bench { watch, gpu, cache, teller, shared: shared.clone(), rounds: 0, last_told: Arc::default() };
-        let thread = std::thread::Builder::new().name("worker".into());
-        thread.spawn(move || bench.run()).map_err(|error| error.to_string())?;
+        let own = shared.clone();
+        let work = move || {
+            Bench { watch, gpu, cache: cache(), teller, shared: own, rounds: 0, last_told: Arc::default() }.run();
+        };
+        std::thread::Builder::new().name("worker".into()).spawn(work).map_err(|error| error.to_string())?;
         Ok(Self { news, shared, stop })
     }
 

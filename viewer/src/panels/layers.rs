@@ -9,6 +9,8 @@ use eframe::egui::{Button, Color32, ComboBox, Sense, Slider, TextEdit, Ui, Vec2}
 
 /// Shows them.
 pub fn ui(ui: &mut Ui, state: &mut State) {
+    // As wide as there is room beside their numbers.
+    ui.spacing_mut().slider_width = (ui.available_width() - 80.0).clamp(60.0, 300.0);
     ui.strong("Map");
     ui.checkbox(&mut state.preferences.layers.ground, "Land and water");
     for layer in LayerKind::ALL {
@@ -46,10 +48,8 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
 }
 
 fn slider(ui: &mut Ui, name: &str, slider: Slider) {
-    ui.horizontal(|ui| {
-        let label = ui.label(name);
-        ui.add(slider).labelled_by(label.id);
-    });
+    let label = ui.label(name);
+    ui.add(slider).labelled_by(label.id);
 }
 
 fn colours(ui: &mut Ui, state: &mut State) {

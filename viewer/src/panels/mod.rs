@@ -116,7 +116,12 @@ impl egui_tiles::Behavior<Pane> for Docks<'_> {
             if scrolls_alone {
                 show(ui, self.state);
             } else {
-                ScrollArea::both().id_salt(pane.name()).auto_shrink(false).show(ui, |ui| show(ui, self.state));
+                let width = ui.available_width() - ui.spacing().scroll.allocated_width();
+                ScrollArea::both().id_salt(pane.name()).auto_shrink(false).show(ui, |ui| {
+                    // Words stay in sight; what cannot be broken is scrolled to.
+                    ui.set_max_width(width);
+                    show(ui, self.state);
+                });
             }
         });
         egui_tiles::UiResponse::None
@@ -146,7 +151,7 @@ pub fn usual() -> egui_tiles::Tree<Pane> {
     let above = tiles.insert_horizontal_tile(vec![left, map, model, right]);
     let root = tiles.insert_vertical_tile(vec![above, below]);
     for (container, shares) in
-        [(above, vec![(left, 0.8), (map, 1.6), (model, 1.6), (right, 0.8)]), (root, vec![(above, 1.0), (below, 0.22)])]
+        [(above, vec![(left, 0.9), (map, 1.5), (model, 1.5), (right, 0.9)]), (root, vec![(above, 1.0), (below, 0.22)])]
     {
         if let Some(egui_tiles::Tile::Container(egui_tiles::Container::Linear(linear))) = tiles.get_mut(container) {
             shares.into_iter().for_each(|(tile, share)| linear.shares.set_share(tile, share));

@@ -49,7 +49,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     let label = ui.label("Find a parameter");
     ui.add(TextEdit::singleline(&mut state.filters.parameters).desired_width(160.0)).labelled_by(label.id);
     // Sliders as wide as there is room beside their numbers.
-    ui.spacing_mut().slider_width = (ui.available_width() - 80.0).clamp(80.0, 400.0);
+    ui.spacing_mut().slider_width = (ui.available_width() - 80.0).clamp(60.0, 400.0);
     let maps: Vec<String> = ready.built.city.site.maps.keys().cloned().collect();
     let wanted = state.filters.parameters.to_lowercase();
     let as_written = ready.as_written.plan.parameters();

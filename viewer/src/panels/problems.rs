@@ -3,7 +3,7 @@
 use super::source::Place;
 use crate::state::{Command, State};
 use city::{ChangesError, FaultReport};
-use eframe::egui::{RichText, Ui};
+use eframe::egui::{Label, RichText, Ui};
 use script::Texts;
 
 /// Shows it.
@@ -87,7 +87,7 @@ fn one(ui: &mut Ui, state: &mut State, fault: &FaultReport, texts: Option<&Texts
         if let Some(line) = text.as_ref().and_then(|text| text.lines().nth(fault.line as usize - 1)) {
             let before = " ".repeat(fault.column.saturating_sub(1) as usize);
             let under = "^".repeat(fault.length.max(1) as usize);
-            ui.label(RichText::new(format!("{line}\n{before}{under}")).monospace());
+            ui.add(Label::new(RichText::new(format!("{line}\n{before}{under}")).monospace()).extend());
         }
     }
     if let Some(hint) = &fault.hint {

@@ -58,13 +58,12 @@ fn measures(ui: &mut Ui, statistics: &Statistics) {
             ui.strong("Measures").on_hover_text(help);
         }
     }
-    Grid::new("measures").num_columns(4).striped(true).show(ui, |ui| {
+    Grid::new("measures").num_columns(3).striped(true).show(ui, |ui| {
         for measure in &MEASURES {
             let Some(figure) = statistics.figures.get(measure.name) else { continue };
             let range = judged.iter().find(|judged| judged.window.is_none() && judged.measure == measure.name);
-            let name = format!("{} {}", words_of(measure.name), unit(measure.unit));
-            ui.label(name).on_hover_text(measure.about);
-            ui.label(words(figure));
+            ui.label(words_of(measure.name)).on_hover_text(measure.about);
+            ui.label(format!("{} {}", words(figure), measure.unit).trim_end());
             standing(ui, range);
             ui.end_row();
         }
@@ -82,14 +81,15 @@ fn measures(ui: &mut Ui, statistics: &Statistics) {
 fn standing(ui: &mut Ui, judged: Option<&city::measure::Judged>) {
     let Some(judged) = judged else {
         ui.label("");
-        ui.label("");
         return;
     };
-    ui.weak(judged.range.to_string());
+    let range = judged.range.to_string();
     if judged.is_good() {
-        ui.label("as there");
+        ui.weak(range).on_hover_text("As in the real place");
     } else {
-        ui.colored_label(ui.visuals().warn_fg_color, "off");
+        let words = format!("{range}, off");
+        ui.colored_label(ui.visuals().warn_fg_color, words)
+            .on_hover_text("Not as in the real place, which is in this range");
     }
 }
 
@@ -106,10 +106,6 @@ fn words_of(name: &str) -> String {
         _ => ["_km2", "_ha"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name),
     };
     bare.replace('_', " ")
-}
-
-fn unit(unit: &str) -> String {
-    if unit.is_empty() { String::new() } else { format!("({unit})") }
 }
 
 fn words(figure: Figure) -> String {

@@ -324,7 +324,7 @@ fn figures_stand_beside_those_of_the_real_place() {
     };
     assert!(window.query_all_by_label(&order).next().is_some(), "{order}");
     assert!(window.query_by_label("1 of 2 as in lattice").is_some());
-    assert!(window.query_by_label("off").is_some() && window.query_by_label("as there").is_some());
+    assert!(window.query_by_label("1 to 2, off").is_some() && window.query_by_label("0 to 1").is_some());
 
     // A broken file of ranges is told, and the counts stay.
     fs::write(city.join("ranges.json"), "{").unwrap();

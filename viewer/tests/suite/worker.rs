@@ -43,7 +43,7 @@ fn cities(worker: &Worker) -> Vec<Arc<Ready>> {
 
 #[test]
 fn the_newest_order_wins_and_is_built_once() {
-    let worker = Worker::start(None, Cache::in_memory(), Arc::new(|| {})).unwrap();
+    let worker = Worker::start(None, Cache::in_memory, Arc::new(|| {})).unwrap();
     worker.order(order(1));
     assert_eq!(cities(&worker).len(), 1);
     for seed in 2..=6 {
@@ -61,7 +61,7 @@ fn the_newest_order_wins_and_is_built_once() {
 #[test]
 fn what_is_in_sight_comes_first_and_is_what_the_whole_shows_there() {
     let Ok(gpu) = Gpu::headless() else { return println!("SKIPPED: no graphics adapter") };
-    let worker = Worker::start(Some(gpu.clone()), Cache::in_memory(), Arc::new(|| {})).unwrap();
+    let worker = Worker::start(Some(gpu.clone()), Cache::in_memory, Arc::new(|| {})).unwrap();
     worker.order(order(1));
     let first = cities(&worker).pop().expect("a city");
     let middle = first.built.city.blocks[first.built.city.blocks.len() / 2].polygon.outer[0].metres();
@@ -96,7 +96,7 @@ fn what_is_in_sight_comes_first_and_is_what_the_whole_shows_there() {
 fn a_build_for_saved_files_is_told_of_and_can_be_given_up() {
     let folder = tempfile::tempdir().unwrap();
     let city = crate::desk::copy_of("lattice", folder.path());
-    let worker = Worker::start(None, Cache::none(), Arc::new(|| {})).unwrap();
+    let worker = Worker::start(None, Cache::none, Arc::new(|| {})).unwrap();
     worker.order(Order { city: city.clone(), rules: None, changes: Changes::default(), colour_by: None });
     assert_eq!(cities(&worker).len(), 1);
     let script = city.join("city.rhai");
@@ -124,7 +124,7 @@ fn a_build_for_saved_files_is_told_of_and_can_be_given_up() {
 #[test]
 fn the_model_follows_the_map_of_the_first_city_and_is_there_at_once_for_the_next() {
     let Ok(gpu) = Gpu::headless() else { return println!("SKIPPED: no graphics adapter") };
-    let worker = Worker::start(Some(gpu), Cache::in_memory(), Arc::new(|| {})).unwrap();
+    let worker = Worker::start(Some(gpu), Cache::in_memory, Arc::new(|| {})).unwrap();
     let begin = Instant::now();
     let mut told = Vec::new();
     worker.order(order(1));

@@ -12,7 +12,7 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::SystemTime;
-use xxhash_rust::xxh3::xxh3_128;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// The first bytes of a file; the number grows with the format.
 const MAGIC: &[u8; 8] = b"platc 1\n";
@@ -59,6 +59,16 @@ struct Folder {
     problems: Mutex<Vec<String>>,
 }
 
+/// Bytes of a file that are read at once.
+const AT_ONCE: usize = 1 << 20;
+
+/// The digest of what is in a file. Programs with what debuggers want are too large to be held whole.
+fn digest_of_file(path: &Path) -> io::Result<Id> {
+    let mut digest = Xxh3::new();
+    io::copy(&mut io::BufReader::with_capacity(AT_ONCE, fs::File::open(path)?), &mut digest)?;
+    Ok(Id(digest.digest128()))
+}
+
 impl Store {
     pub fn open(path: &Path, most_bytes: u64) -> io::Result<Self> {
         fs::create_dir_all(path)?;
@@ -68,7 +78,7 @@ impl Store {
         if !tag.exists() {
             fs::write(tag, TAG.1)?;
         }
-        let program = Id(xxh3_128(&fs::read(std::env::current_exe()?)?));
+        let program = digest_of_file(&std::env::current_exe()?)?;
         let folder = Arc::new(Folder { path: path.to_owned(), most_bytes, program, problems: Mutex::default() });
         remove_leftovers(path);
         folder.make_room(0, Path::new(""))?;
