@@ -58,38 +58,35 @@ fn measures(ui: &mut Ui, statistics: &Statistics) {
             ui.strong("Measures").on_hover_text(help);
         }
     }
-    Grid::new("measures").num_columns(3).striped(true).show(ui, |ui| {
+    Grid::new("measures").num_columns(2).striped(true).show(ui, |ui| {
         for measure in &MEASURES {
             let Some(figure) = statistics.figures.get(measure.name) else { continue };
             let range = judged.iter().find(|judged| judged.window.is_none() && judged.measure == measure.name);
             ui.label(words_of(measure.name)).on_hover_text(measure.about);
-            ui.label(format!("{} {}", words(figure), measure.unit).trim_end());
-            standing(ui, range);
+            let figure = format!("{} {}", words(figure), measure.unit);
+            ui.vertical(|ui| standing(ui, figure.trim_end(), range));
             ui.end_row();
         }
         for judged in judged.iter().filter(|judged| judged.window.is_some()) {
             let window = judged.window.as_deref().unwrap_or_default().replace('_', " ");
             ui.label(format!("{window}: {}", words_of(&judged.measure)));
-            ui.label(judged.figure.map_or_else(|| "–".into(), words));
-            standing(ui, Some(judged));
+            let figure = judged.figure.map_or_else(|| "–".into(), words);
+            ui.vertical(|ui| standing(ui, &figure, Some(judged)));
             ui.end_row();
         }
     });
 }
 
-/// Where a figure should lie, and whether it does.
-fn standing(ui: &mut Ui, judged: Option<&city::measure::Judged>) {
-    let Some(judged) = judged else {
-        ui.label("");
-        return;
-    };
+/// A figure, where it should lie, and whether it does.
+fn standing(ui: &mut Ui, figure: &str, judged: Option<&city::measure::Judged>) {
+    ui.label(figure);
+    let Some(judged) = judged else { return };
     let range = judged.range.to_string();
     if judged.is_good() {
         ui.weak(range).on_hover_text("As in the real place");
     } else {
         let words = format!("{range}, off");
-        ui.colored_label(ui.visuals().warn_fg_color, words)
-            .on_hover_text("Not as in the real place, which is in this range");
+        ui.colored_label(ui.visuals().warn_fg_color, words).on_hover_text("Not as in the real place");
     }
 }
 
