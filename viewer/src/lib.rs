@@ -1,7 +1,6 @@
 //! The viewer: a city whose rules are live. It owns no data of the city: it shows what `city` builds, and writes changes.
 
 pub mod app;
-pub mod city_copy;
 pub mod command;
 pub mod console;
 pub mod editor;

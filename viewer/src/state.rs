@@ -14,7 +14,7 @@ use crate::task::Task;
 use crate::timeline::Timeline;
 use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of, whole};
-use crate::{city_copy, gallery, preset_file};
+use crate::{gallery, preset_file};
 use city::export::map::Colouring;
 use city::why::Answer;
 use city::{Cache, Changes};
@@ -689,7 +689,7 @@ impl State {
         let Some(ready) = self.ready.clone() else { return };
         let now = self.history.now();
         let text = (!now.is_empty()).then(|| now.text(&ready.as_written));
-        let copy = match city_copy::copy(&self.script, to, text.as_deref()) {
+        let copy = match city::copy_city(&self.script, to, text.as_deref()) {
             Ok(copy) => copy,
             Err(error) => {
                 return self.message = Some(format!("No copy was saved; the changes are still here. {error}"));

@@ -7,6 +7,7 @@ pub mod build;
 mod cache;
 pub mod changes;
 mod check;
+mod copy;
 pub mod export;
 pub mod load;
 pub mod measure;
@@ -26,6 +27,7 @@ pub use build::{BuildError, Built, Settings, Until, build, build_with, with_thre
 pub use cache::{Cache, Digests};
 pub use changes::{Changes, ChangesError};
 pub use check::{Checked, check, rule_host};
+pub use copy::{CopyError, copy_city};
 pub use load::{LoadError, Loaded, PresetError, Sources, load, load_as_written};
 pub use model::{Area, City, Landmark};
 pub use progress::{Cancel, Progress, Silent, Stage};

@@ -231,7 +231,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 }
 
 /// What files are called before they are put in their places.
-const UNFINISHED: &str = ".plat-";
+pub(crate) const UNFINISHED: &str = ".plat-";
 
 /// Age at which such a file is no other program's work any more.
 const LEFT_OVER: Duration = Duration::from_secs(6 * 3600);
