@@ -1,8 +1,11 @@
 //! What the window shows and what people do: panels read the state and leave commands, which are carried out between frames.
 
+mod saving;
+
 use crate::console::Console;
 use crate::evidence::Evidence;
 use crate::evidence::Statistics;
+use crate::gallery;
 use crate::history::History;
 use crate::panels::source::Place;
 use crate::preferences::{Bookmark, Preferences};
@@ -14,7 +17,6 @@ use crate::task::Task;
 use crate::timeline::Timeline;
 use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of, whole};
-use crate::{gallery, preset_file};
 use city::export::map::Colouring;
 use city::why::Answer;
 use city::{Cache, Changes};
@@ -358,32 +360,6 @@ impl State {
         self.held = Some(ready);
     }
 
-    /// Follows the file of changes where something else wrote it. Changes that are not saved here are not touched: whoever
-    /// saves them is told.
-    fn look_at_saved(&mut self) {
-        let file = Changes::file_of(&self.script);
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        match Changes::saved(&self.script) {
-            Ok(there) => {
-                self.misread = None;
-                if there == *self.history.saved() || !self.history.is_saved() {
-                    return;
-                }
-                self.history.step(&format!("{name} as something else wrote it"), None, |changes| *changes = there);
-                self.history.mark_saved();
-                self.message = Some(format!("Something else wrote {name}: the city follows it. Undo takes that back."));
-                self.changed();
-            }
-            Err(error) => {
-                let words = format!("{error}\n  The city is shown without what the file says.");
-                if self.misread.as_ref() != Some(&words) {
-                    self.misread = Some(words.clone());
-                    self.message = Some(words);
-                }
-            }
-        }
-    }
-
     fn show(&mut self, ready: Arc<Ready>) {
         let is_first = self.ready.is_none();
         (self.under, self.failure, self.glimpse, self.held) = (None, None, None, None);
@@ -531,25 +507,6 @@ impl State {
         self.build();
     }
 
-    /// Keeps changes that are not saved where they outlive the program.
-    fn guard(&mut self) {
-        let Some(city) = &self.city else { return };
-        let now = self.history.now();
-        let kept = self.recovery.keep(city, (!self.history.is_saved()).then_some(&now));
-        if let Err(error) = kept {
-            self.message = Some(format!("Changes that are not saved are not kept against a crash: {error}"));
-        }
-    }
-
-    /// Takes up changes of an earlier run, or forgets them.
-    fn recover(&mut self, wanted: bool) {
-        let Some(lost) = self.recovery.found.pop() else { return };
-        if wanted {
-            self.change("changes that were not saved", None, |changes| *changes = lost);
-        }
-        self.guard();
-    }
-
     /// The views that were kept of the open city.
     pub fn bookmarks(&self) -> &[Bookmark] {
         let known = self.city.as_ref().and_then(|city| self.preferences.bookmarks.get(&whole(city)));
@@ -635,14 +592,6 @@ impl State {
         }
     }
 
-    /// The changes that are not saved are not to be saved: nothing of them is kept.
-    pub fn give_up_changes(&mut self) {
-        if let Some(city) = &self.city {
-            // What cannot be removed is offered once more at the next start.
-            let _ = self.recovery.keep(city, None);
-        }
-    }
-
     /// Asks for the city as it now is to be.
     fn build(&mut self) {
         let Some(city) = &self.city else { return };
@@ -652,106 +601,6 @@ impl State {
             Ok(worker) => worker.order(order),
             Err(error) => self.message = Some(format!("nothing can be built: {error}")),
         }
-    }
-
-    /// Saves the changes beside the script.
-    fn save(&mut self) {
-        let Some(ready) = &self.ready else { return };
-        let now = self.history.now();
-        let there = match Changes::saved(&self.script) {
-            Ok(there) if there == now || there == *self.history.saved() => None,
-            // Whoever wrote them may be another program, or a person with an editor.
-            Ok(there) => Some(there.plain()),
-            Err(error) => error.line.map(|_| error.to_string()),
-        };
-        if there.is_some() && self.warned != there {
-            self.warned = there;
-            let file = Changes::file_of(&self.script);
-            let name = file.file_name().unwrap_or_default().to_string_lossy();
-            self.message = Some(format!(
-                "Not saved: something else wrote {name} since it was read here. Save again to write over it, or keep a copy of \
-                 the file first."
-            ));
-            return;
-        }
-        match now.save(&ready.as_written) {
-            Ok(()) => {
-                self.history.mark_saved();
-                self.warned = None;
-                self.guard();
-            }
-            Err(error) => self.message = Some(format!("The changes could not be saved; they are still here. {error}")),
-        }
-    }
-
-    /// Saves the city with its changes as another one.
-    fn save_copy(&mut self, to: &Path) {
-        let Some(ready) = self.ready.clone() else { return };
-        let now = self.history.now();
-        let text = (!now.is_empty()).then(|| now.text(&ready.as_written));
-        let copy = match city::copy_city(&self.script, to, text.as_deref()) {
-            Ok(copy) => copy,
-            Err(error) => {
-                return self.message = Some(format!("No copy was saved; the changes are still here. {error}"));
-            }
-        };
-        // They lie in the copy now: what this city has on disk is as it was.
-        self.give_up_changes();
-        let (mut history, views) = (std::mem::take(&mut self.history), self.views.bookmark(""));
-        history.mark_saved();
-        self.open(&copy);
-        (self.history, self.keeps_views) = (history, true);
-        self.views.go_to(&views);
-        self.message = Some(format!("Saved as {}; that city is open now.", copy.display()));
-    }
-
-    /// Copies a rule of the library into the city's folder.
-    fn adopt(&mut self, file: &str) {
-        let (Some(ready), Some(name)) = (&self.ready, file.strip_prefix(LIBRARY)) else { return };
-        let Some(text) = self.text_of(file) else { return };
-        let path = ready.as_written.folder.join(name);
-        if path.exists() {
-            self.message = Some(format!("{} is there already", path.display()));
-            return;
-        }
-        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(|error| error.to_string());
-        let written = made.and_then(|()| {
-            let written = city::export::write_atomically(&path, |out| out.write_all(text.as_bytes()));
-            written.map_err(|error| error.to_string())
-        });
-        self.message = Some(match written {
-            Ok(()) => {
-                if let Some(place) = &mut self.source {
-                    place.file = path.display().to_string();
-                }
-                format!("The city has a rule of its own now: what is saved in {} shows at once.", path.display())
-            }
-            Err(error) => format!("{} could not be written: {error}", path.display()),
-        });
-    }
-
-    /// Saves what is in force where presets are laid.
-    fn save_preset(&mut self, name: &str) {
-        let Some(ready) = self.ready.clone() else { return };
-        // As people say it.
-        let name = &name.trim().to_lowercase().replace([' ', '-'], "_");
-        let plan = &ready.sources.plan;
-        let there = match &self.target {
-            PresetTarget::Quarter(id) => plan.in_quarter(Some(*id)),
-            _ => std::borrow::Cow::Borrowed(plan),
-        };
-        let folder = &ready.as_written.folder;
-        self.message = Some(match preset_file::save(&there, folder, name, &ready.built.city.name) {
-            Ok((path, left_out)) if left_out.is_empty() => format!("Saved as {}", path.display()),
-            Ok((path, left_out)) => {
-                format!(
-                    "Saved as {}, without {}: they differ from place to place",
-                    path.display(),
-                    left_out.join(" and ")
-                )
-            }
-            Err(error) => error,
-        });
     }
 
     /// Writes the preferences; where that fails they only hold until the end.

@@ -238,7 +238,7 @@ fn changes_that_something_else_saved_are_followed_and_those_that_are_not_saved_s
     fs::write(&file, "plat-changes 1\nsed 9\n").unwrap();
     let mut state = opened(&city);
     let message = state.message.take().unwrap();
-    assert!(message.contains("city.changes:2") && message.contains("without what the file says"), "{message}");
+    assert!(message.contains("city.changes:2") && message.contains("left aside until it can be read"), "{message}");
     fs::write(&file, "plat-changes 1\nseed 9\n").unwrap();
     wait(&mut state, "the mended file", |state| {
         state.is_idle() && state.ready.as_ref().is_some_and(|ready| ready.order.changes.seed == Some(9))
