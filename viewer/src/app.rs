@@ -332,7 +332,11 @@ impl Action {
             Self::Undo => state.history.to_undo().is_some(),
             Self::Redo => state.history.to_redo().is_some(),
             Self::Build => state.city.is_some(),
-            Self::ResetAll | Self::FitAll | Self::SaveAs => state.ready.is_some(),
+            Self::FitAll | Self::SaveAs => state.ready.is_some(),
+            Self::ResetAll => {
+                let now = state.history.now();
+                now.seed.is_some() || now.values().next().is_some()
+            }
             Self::Fit => state.selected.is_some(),
             Self::GoTo(index) => state.bookmarks().len() > index,
             Self::Restart => state.gpu().is_some(),
@@ -476,8 +480,12 @@ impl App {
         } else if let Some(ready) = &self.state.ready {
             if ready.built.report.has_faults() {
                 ui.colored_label(ui.visuals().error_fg_color, "rules failed: see Problems");
+            } else if self.state.misread.is_some() {
+                ui.colored_label(ui.visuals().error_fg_color, "saved changes cannot be read: see Problems");
             } else if !ready.unsuited.is_empty() {
                 ui.colored_label(ui.visuals().error_fg_color, "changes do not suit: see Problems");
+            } else if !ready.built.report.warnings.is_empty() {
+                ui.colored_label(ui.visuals().warn_fg_color, "warnings: see Problems");
             }
             let buildings = ready.built.city.buildings.len();
             ui.weak(format!("{}: {buildings} buildings, {:.2} s", ready.built.city.name, ready.took.as_secs_f64()));

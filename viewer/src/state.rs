@@ -19,7 +19,7 @@ use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of, whole};
 use city::export::map::Colouring;
 use city::why::Answer;
-use city::{Cache, Changes};
+use city::{Cache, Changes, ChangesError};
 use geom::Vec2;
 use script::{Plan, PresetTarget};
 use std::path::{Path, PathBuf};
@@ -168,8 +168,12 @@ pub struct State {
     warned: Option<String>,
     /// The script of the open city.
     script: PathBuf,
-    /// What was wrong with the file of changes, once people were told.
-    misread: Option<String>,
+    /// What is wrong with the file of changes, where it cannot be read.
+    pub misread: Option<Arc<ChangesError>>,
+    /// What people were told last of saving.
+    told_of_saving: Option<String>,
+    /// What somebody else saved while there were changes that were not, once people were told.
+    told_of_other: Option<Changes>,
     /// The plan that is asked for while it is not built yet, by its changes and the round of the city it is laid over.
     asked_for: Option<(Changes, u64, Arc<Plan>)>,
     /// Whether the views stay where they are when the first city comes.
@@ -243,6 +247,8 @@ impl State {
             warned: None,
             script: PathBuf::new(),
             misread: None,
+            told_of_saving: None,
+            told_of_other: None,
             asked_for: None,
             keeps_views: false,
             evidence: Arc::default(),
@@ -347,10 +353,14 @@ impl State {
         self.timeline.catch_up(&ready, &self.evidence, self.gpu.as_ref(), &self.wake)
     }
 
-    /// Whether rules failed for a city, and for the one that is shown they did not.
+    /// Whether rules failed more often for a city than for the one that is shown.
     fn is_worse(&self, ready: &Ready) -> bool {
-        let is_good = |shown: &Arc<Ready>| shown.order.city == ready.order.city && !shown.built.report.has_faults();
-        ready.built.report.has_faults() && self.ready.as_ref().is_some_and(is_good)
+        let failures = |ready: &Ready| -> usize {
+            let faults = ready.built.report.faults.iter().filter(|fault| fault.is_error());
+            faults.map(|fault| fault.count as usize).sum()
+        };
+        let is_better = |shown: &Arc<Ready>| shown.order.city == ready.order.city && failures(shown) < failures(ready);
+        self.ready.as_ref().is_some_and(is_better)
     }
 
     /// Tells what is wrong with a city; the last good one stays.
@@ -385,9 +395,9 @@ impl State {
         match command {
             Command::Open(path) => self.open(&path),
             Command::Lay(target, name) => {
-                self.change(&format!("preset {name}"), None, |changes| changes.lay(target, &name));
+                self.change_rules(&format!("preset {name}"), |changes| changes.lay(target, &name));
             }
-            Command::Lift(target) => self.change("no preset", None, |changes| changes.lift(&target)),
+            Command::Lift(target) => self.change_rules("no preset", |changes| changes.lift(&target)),
             Command::Set { address, value, turning } => {
                 let turns = turning.then_some(address.as_str());
                 self.change(&format!("{address} {value}"), turns, |changes| changes.set(&address, &value));
@@ -501,6 +511,26 @@ impl State {
         }
     }
 
+    /// A change that puts other rules in place: values that were set of those that go are taken back with them.
+    fn change_rules(&mut self, name: &str, change: impl FnOnce(&mut Changes)) {
+        let as_written = self.ready.as_ref().map(|ready| ready.as_written.clone());
+        let suiting = |changes: &Changes| as_written.clone().map(|mut city| changes.lay_what_suits(&mut city).1);
+        let mut gone = Vec::new();
+        self.change(name, None, |changes| {
+            let before = suiting(changes);
+            change(changes);
+            if let (Some(before), Some(after)) = (before, suiting(changes)) {
+                let values = before.values().map(|(address, _)| address.to_owned());
+                gone.extend(values.filter(|address| after.value(address).is_none()));
+            }
+            gone.iter().for_each(|address| changes.reset(address));
+        });
+        if !gone.is_empty() {
+            let words = format!("Taken back with the rules they were of: {}. Undo brings all back.", gone.join(", "));
+            self.message = Some(words);
+        }
+    }
+
     /// The changes are others than before.
     fn changed(&mut self) {
         self.guard();
@@ -538,7 +568,10 @@ impl State {
     pub fn text_of(&self, file: &str) -> Option<Arc<str>> {
         let failed = self.failure.as_ref().and_then(|failure| failure.texts.as_ref());
         let ready = self.ready.as_ref().map(|ready| &ready.as_written.texts);
-        failed.and_then(|texts| texts.get(file)).or_else(|| ready.and_then(|texts| texts.get(file)))
+        let known = failed.and_then(|texts| texts.get(file)).or_else(|| ready.and_then(|texts| texts.get(file)));
+        let changes = Changes::file_of(&self.script);
+        // It is no script; what is wrong with it is shown in it even so.
+        known.or_else(|| std::fs::read_to_string(&changes).ok().filter(|_| Path::new(file) == changes).map(Arc::from))
     }
 
     /// Colours the streets by when they grew.
@@ -568,6 +601,7 @@ impl State {
         self.script = script;
         (self.ready, self.failure, self.selected, self.message) = (None, None, None, None);
         (self.glimpse, self.held, self.warned, self.misread) = (None, None, None, None);
+        (self.told_of_saving, self.told_of_other, self.source) = (None, None, None);
         (self.target, self.scope, self.overlay.0) = (PresetTarget::City, None, None);
         self.preferences.opened(path);
         self.remember();

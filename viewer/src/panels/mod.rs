@@ -86,6 +86,7 @@ impl egui_tiles::Behavior<Pane> for Docks<'_> {
     fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
         let of = |ready: &std::sync::Arc<crate::worker::Ready>| ready.built.report.faults.len() + ready.unsuited.len();
         let built = self.state.ready.as_ref().map_or(0, of);
+        let built = built + usize::from(self.state.misread.is_some());
         let faults = built + self.state.failure.as_ref().map_or(0, |failure| failure.faults.len().max(1));
         match pane {
             Pane::Problems if faults > 0 => format!("Problems ({faults})").into(),

@@ -26,9 +26,16 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         faults(ui, state, &failure.faults, failure.texts.as_ref());
         ui.separator();
     }
+    if let Some(error) = state.misread.clone() {
+        let words = "The file of saved changes cannot be read: it is left aside until it is mended.";
+        ui.colored_label(ui.visuals().error_fg_color, words);
+        of_changes(ui, state, &error);
+        ui.separator();
+    }
     let Some(ready) = state.ready.clone() else { return };
     let report = &ready.built.report;
-    if report.faults.is_empty() && report.warnings.is_empty() && state.failure.is_none() && ready.unsuited.is_empty() {
+    let is_well = state.failure.is_none() && state.misread.is_none() && ready.unsuited.is_empty();
+    if report.faults.is_empty() && report.warnings.is_empty() && is_well {
         ui.weak("Nothing is wrong.");
     }
     unsuited(ui, state, &ready.unsuited);
@@ -38,6 +45,21 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     }
     for print in &report.prints {
         ui.label(RichText::new(format!("{}: {}", print.rule, print.text)).monospace());
+    }
+}
+
+/// What is wrong with saved changes, and where.
+fn of_changes(ui: &mut Ui, state: &mut State, error: &ChangesError) {
+    ui.label(&error.message);
+    let file = error.path.display().to_string();
+    if let Some(line) = error.line
+        && ui.link(RichText::new(format!("{file}:{line}")).monospace()).on_hover_text("Shows the text there").clicked()
+    {
+        let line = u32::try_from(line).unwrap_or(u32::MAX);
+        state.commands.push(Command::ShowSource(Place { file, line, column: 1, is_new: true }));
+    }
+    if let Some(hint) = &error.hint {
+        ui.label(format!("hint: {hint}"));
     }
 }
 
@@ -51,7 +73,7 @@ fn unsuited(ui: &mut Ui, state: &mut State, wrong: &[ChangesError]) {
         "Changes that do not suit the script: the city is shown without them.",
     );
     for error in wrong {
-        ui.label(error.to_string());
+        of_changes(ui, state, error);
     }
     if ui.button("Take them back").on_hover_text("Removes these changes; the others stay").clicked() {
         state.commands.push(Command::DropUnsuited);
@@ -59,8 +81,10 @@ fn unsuited(ui: &mut Ui, state: &mut State, wrong: &[ChangesError]) {
     ui.separator();
 }
 
+/// Errors first: what only might be wrong can wait.
 fn faults(ui: &mut Ui, state: &mut State, faults: &[FaultReport], texts: Option<&Texts>) {
-    for (index, fault) in faults.iter().enumerate() {
+    let (errors, others): (Vec<_>, Vec<_>) = faults.iter().partition(|fault| fault.is_error());
+    for (index, fault) in errors.into_iter().chain(others).enumerate() {
         ui.push_id(index, |ui| one(ui, state, fault, texts));
     }
 }

@@ -15,7 +15,17 @@ impl State {
         match Changes::saved(&self.script) {
             Ok(there) => {
                 self.misread = None;
-                if there == *self.history.saved() || !self.history.is_saved() {
+                if there == *self.history.saved() {
+                    return;
+                }
+                if !self.history.is_saved() {
+                    if there != self.history.now() && self.told_of_other.as_ref() != Some(&there) {
+                        self.told_of_other = Some(there);
+                        self.message = Some(format!(
+                            "Something else wrote {name}. Your own changes are not saved: they stay, and saving asks before it \
+                             writes over the file."
+                        ));
+                    }
                     return;
                 }
                 self.history.step(&format!("{name} as something else wrote it"), None, |changes| *changes = there);
@@ -23,13 +33,7 @@ impl State {
                 self.message = Some(format!("Something else wrote {name}: the city follows it. Undo takes that back."));
                 self.changed();
             }
-            Err(error) => {
-                let words = format!("{error}\n  The file is left aside until it can be read.");
-                if self.misread.as_ref() != Some(&words) {
-                    self.misread = Some(words.clone());
-                    self.message = Some(words);
-                }
-            }
+            Err(error) => self.misread = Some(error.into()),
         }
     }
 
@@ -62,7 +66,22 @@ impl State {
 
     /// Saves the changes beside the script.
     pub(super) fn save(&mut self) {
-        let Some(ready) = &self.ready else { return };
+        let told = self.try_to_save().err();
+        // What was wrong before is not any more.
+        if told.is_some() || self.message == self.told_of_saving {
+            self.message.clone_from(&told);
+        }
+        self.told_of_saving = told;
+    }
+
+    fn try_to_save(&mut self) -> Result<(), String> {
+        let Some(ready) = &self.ready else { return Ok(()) };
+        if !self.script.exists() {
+            return Err(format!(
+                "Not saved: {} is not there any more. The changes are still here.",
+                self.script.display()
+            ));
+        }
         let now = self.history.now();
         let there = match Changes::saved(&self.script) {
             Ok(there) if there == now || there == *self.history.saved() => None,
@@ -74,20 +93,17 @@ impl State {
             self.warned = there;
             let file = Changes::file_of(&self.script);
             let name = file.file_name().unwrap_or_default().to_string_lossy();
-            self.message = Some(format!(
+            return Err(format!(
                 "Not saved: something else wrote {name} since it was read here. Save again to write over it, or keep a copy of \
                  the file first."
             ));
-            return;
         }
-        match now.save(&ready.as_written) {
-            Ok(()) => {
-                self.history.mark_saved();
-                self.warned = None;
-                self.guard();
-            }
-            Err(error) => self.message = Some(format!("The changes could not be saved; they are still here. {error}")),
-        }
+        let saved = now.save(&ready.as_written);
+        saved.map_err(|error| format!("The changes could not be saved; they are still here. {error}"))?;
+        self.history.mark_saved();
+        (self.warned, self.misread, self.told_of_other) = (None, None, None);
+        self.guard();
+        Ok(())
     }
 
     /// Saves the city with its changes as another one.

@@ -184,10 +184,14 @@ fn a_rule_that_fails_while_it_runs_leaves_the_last_good_city_until_people_want_t
     state.carry_out(Command::ShowAnyway);
     let (ready, failure) = (state.ready.clone().unwrap(), state.failure.clone());
     assert!(failure.is_none() && ready.order.changes.seed == Some(77) && ready.built.report.has_faults());
-    // Who has seen one is shown the next, and a good one in any case.
+    // Who has seen one is shown the next that is no worse, and a good one in any case.
     let longer = format!("{failing}// longer\n");
     write(&mut state, &longer);
     assert!(state.failure.is_none() && state.ready.as_ref().unwrap().built.report.has_faults());
+    write(&mut state, &failing.replace("0.1", "0.9"));
+    assert!(state.failure.is_some() && state.held.is_some(), "more fail");
+    write(&mut state, &failing);
+    assert!(state.failure.is_none());
     state.carry_out(Command::Undo);
     write(&mut state, BUILDINGS);
     assert_eq!(shown(&state), Ok(good));
@@ -237,14 +241,15 @@ fn changes_that_something_else_saved_are_followed_and_those_that_are_not_saved_s
     // One that nobody can read does not keep the city shut.
     fs::write(&file, "plat-changes 1\nsed 9\n").unwrap();
     let mut state = opened(&city);
-    let message = state.message.take().unwrap();
-    assert!(message.contains("city.changes:2") && message.contains("left aside until it can be read"), "{message}");
+    let misread = state.misread.clone().unwrap();
+    assert!(misread.line == Some(2) && misread.path == file, "{misread}");
+    assert!(state.text_of(&file.to_string_lossy()).is_some_and(|text| text.contains("sed 9")));
     fs::write(&file, "plat-changes 1\nseed 9\n").unwrap();
     wait(&mut state, "the mended file", |state| {
         state.is_idle() && state.ready.as_ref().is_some_and(|ready| ready.order.changes.seed == Some(9))
     });
     assert_eq!(shown(&state), from_scratch(&city));
-    assert!(state.history.is_saved());
+    assert!(state.history.is_saved() && state.misread.is_none());
     state.carry_out(Command::Undo);
     wait(&mut state, "without it", |state| state.is_idle() && state.ready.as_ref().unwrap().order.changes.is_empty());
     // Now there is something that is not saved: the file is not followed.
@@ -257,9 +262,63 @@ fn changes_that_something_else_saved_are_followed_and_those_that_are_not_saved_s
     std::thread::sleep(Duration::from_millis(300));
     wait(&mut state, "nothing", State::is_idle);
     assert_eq!(state.history.now().seed, Some(4));
+    assert!(state.message.take().unwrap().contains("Your own changes are not saved"), "told as soon as it is known");
     state.carry_out(Command::Save);
-    assert!(state.message.take().unwrap().contains("something else wrote city.changes"));
+    assert!(state.message.clone().unwrap().contains("something else wrote city.changes"));
     assert_eq!(fs::read_to_string(&file).unwrap(), "plat-changes 1\nseed 10\n");
+    state.carry_out(Command::Save);
+    assert_eq!(
+        (state.message.clone(), state.history.is_saved()),
+        (None, true),
+        "it is saved, and nothing else is said"
+    );
+    // Nor is a folder that was taken away what something else wrote.
+    let away = folder.path().join("away");
+    fs::rename(&city, &away).unwrap();
+    state.carry_out(Command::Seed(Some(5)));
+    state.carry_out(Command::Save);
+    assert!(state.message.clone().unwrap().contains("is not there any more"));
+    fs::rename(&away, &city).unwrap();
+    state.carry_out(Command::Save);
+    assert_eq!((state.message.clone(), state.history.is_saved()), (None, true));
+}
+
+#[test]
+fn values_of_a_preset_go_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = city(folder.path());
+    let mut state = opened(&city);
+    let at_first = shown(&state).unwrap();
+    let quarter = state.ready.as_ref().unwrap().built.city.quarters[0].id;
+    let target: script::PresetTarget = format!("quarter:{quarter}").parse().unwrap();
+    let done = |state: &mut State| wait(state, "the city", |state| state.is_idle() && state.commands.is_empty());
+    let lay = |state: &mut State, name: &str| state.carry_out(Command::Lay(target.clone(), name.into()));
+    let address = format!("quarter:{quarter}.minors.pattern.length");
+    lay(&mut state, "curved_suburb");
+    let set = Command::Set { address: address.clone(), value: "280".into(), turning: false };
+    state.carry_out(set);
+    done(&mut state);
+    let turned = shown(&state).unwrap();
+    assert_eq!(state.ready.as_ref().unwrap().unsuited.len(), 0);
+    for name in [Some("boulevard_radial"), None] {
+        match name {
+            Some(name) => lay(&mut state, name),
+            None => state.carry_out(Command::Lift(target.clone())),
+        }
+        assert!(state.message.take().unwrap().contains(&address));
+        done(&mut state);
+        assert_eq!(state.history.now().value(&address), None);
+        assert!(state.ready.as_ref().unwrap().unsuited.is_empty());
+        state.carry_out(Command::Save);
+        assert_eq!(Ok(digest(&state.ready.as_ref().unwrap().built.city)), from_scratch(&city));
+        state.carry_out(Command::Undo);
+        done(&mut state);
+        assert_eq!(shown(&state), Ok(turned), "one step brings all of it back");
+    }
+    state.carry_out(Command::Undo);
+    state.carry_out(Command::Undo);
+    done(&mut state);
+    assert_eq!(shown(&state), Ok(at_first));
 }
 
 /// Bytes of memory that this program holds.
