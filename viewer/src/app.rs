@@ -28,8 +28,8 @@ pub struct App {
     path: Option<(Asking, String)>,
     /// Which of the things listed is chosen.
     palette_at: usize,
-    /// Whether people are asked what becomes of changes before the window closes.
-    closing: bool,
+    /// What waits until people say what becomes of changes.
+    leaving: Option<Leaving>,
     /// What the window is called.
     title: String,
     /// Pictures of cities to choose from.
@@ -38,6 +38,15 @@ pub struct App {
     lost: Lost,
     /// Where what is open is left for the next window, once the device is lost.
     carried: Option<Arc<Mutex<Option<Carried>>>>,
+}
+
+/// What is to be done once the open city is left.
+#[derive(Clone, Debug, PartialEq)]
+enum Leaving {
+    /// The window closes.
+    Window,
+    /// Something else is shown.
+    City(Command),
 }
 
 /// What a path is asked for.
@@ -97,7 +106,7 @@ pub fn open(arguments: &Arguments) -> Result<(), String> {
             Err(panic) if !is_lost => resume_unwind(panic),
             Ok(Err(error)) if !is_lost => {
                 let hint = "plat build CITY -o FOLDER draws a map without a screen or a graphics adapter";
-                return Err(format!("no window could be opened: {error}\n  hint: {hint}"));
+                return Err(format!("no window could be opened: {}\n  hint: {hint}", in_words(&error)));
             }
             Ok(Err(_)) | Err(_) => {}
         }
@@ -105,6 +114,19 @@ pub fn open(arguments: &Arguments) -> Result<(), String> {
         if !is_lost || tries > TRIES {
             return if is_lost { Err("the graphics device was lost again and again".into()) } else { Ok(()) };
         }
+    }
+}
+
+/// What went wrong, without the places in libraries where it was noticed.
+fn in_words(error: &eframe::Error) -> String {
+    match error {
+        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
+            "there is no screen: neither X11 nor Wayland answers (DISPLAY, WAYLAND_DISPLAY)".into()
+        }
+        eframe::Error::Wgpu(_) => {
+            "no graphics adapter was found: install a driver; in software, Debian's mesa-vulkan-drivers and libvulkan1 do".into()
+        }
+        other => other.to_string(),
     }
 }
 
@@ -135,7 +157,7 @@ impl App {
             palette: false,
             path: None,
             palette_at: 0,
-            closing: false,
+            leaving: None,
             title: String::new(),
             pictures: Pictures::default(),
             lost,
@@ -206,6 +228,11 @@ impl App {
     }
 }
 
+/// As wide as something is to be, or as there is room.
+fn wide(ui: &Ui, width: f32) -> f32 {
+    width.min(ui.ctx().content_rect().width() - 40.0).max(60.0)
+}
+
 /// Makes everything look as people chose.
 fn chosen(context: &egui::Context, preferences: &Preferences) {
     context.set_theme(match preferences.theme {
@@ -230,6 +257,9 @@ enum Action {
     Open,
     Save,
     SaveAs,
+    /// Leaves the city: cities to choose from are shown.
+    Start,
+    Quit,
     Undo,
     Redo,
     ResetAll,
@@ -252,16 +282,13 @@ enum Action {
 
 impl Action {
     /// All of them, by menu.
-    const MENUS: [(&'static str, &'static [Self]); 4] = [
-        ("File", &[Self::Open, Self::Save, Self::SaveAs]),
+    const MENUS: [(&'static str, &'static [Self]); 5] = [
+        ("File", &[Self::Open, Self::Save, Self::SaveAs, Self::Start, Self::Quit]),
         ("Edit", &[Self::Undo, Self::Redo, Self::ResetAll]),
+        ("View", &[Self::Fit, Self::FitAll, Self::Larger, Self::Smaller, Self::Restart]),
         (
-            "View",
+            "Panels",
             &[
-                Self::Fit,
-                Self::FitAll,
-                Self::Larger,
-                Self::Smaller,
                 Self::Show(Pane::View(crate::viewport::View::Map)),
                 Self::Show(Pane::View(crate::viewport::View::Model)),
                 Self::Show(Pane::Presets),
@@ -274,7 +301,6 @@ impl Action {
                 Self::Show(Pane::Console),
                 Self::Show(Pane::Source),
                 Self::Usual,
-                Self::Restart,
             ],
         ),
         ("City", &[Self::Build, Self::Cancel, Self::Why, Self::Palette]),
@@ -285,6 +311,8 @@ impl Action {
             Self::Open => "Open a city…",
             Self::Save => "Save changes",
             Self::SaveAs => "Save a copy of the city…",
+            Self::Start => "Other cities",
+            Self::Quit => "Quit",
             Self::Undo => "Undo",
             Self::Redo => "Redo",
             Self::ResetAll => "Reset all values",
@@ -307,6 +335,7 @@ impl Action {
         Some(match self {
             Self::Open => with_command(Key::O),
             Self::Save => with_command(Key::S),
+            Self::Quit => with_command(Key::Q),
             Self::SaveAs => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S),
             Self::Undo => with_command(Key::Z),
             Self::Redo => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
@@ -318,7 +347,7 @@ impl Action {
             Self::Larger => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Plus),
             Self::Smaller => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Minus),
             Self::GoTo(index) => with_command(*DIGITS.get(index)?),
-            Self::ResetAll | Self::Cancel | Self::Restart | Self::Usual | Self::Show(_) => return None,
+            Self::ResetAll | Self::Cancel | Self::Restart | Self::Usual | Self::Start | Self::Show(_) => return None,
         })
     }
 
@@ -331,7 +360,7 @@ impl Action {
             Self::Save => state.ready.is_some() && !state.history.is_saved(),
             Self::Undo => state.history.to_undo().is_some(),
             Self::Redo => state.history.to_redo().is_some(),
-            Self::Build => state.city.is_some(),
+            Self::Build | Self::Start => state.city.is_some(),
             Self::FitAll | Self::SaveAs => state.ready.is_some(),
             Self::ResetAll => {
                 let now = state.history.now();
@@ -342,7 +371,9 @@ impl Action {
             Self::Restart => state.gpu().is_some(),
             Self::Cancel => state.under.is_some(),
             Self::Why => state.selected.is_some(),
-            Self::Open | Self::Palette | Self::Larger | Self::Smaller | Self::Usual | Self::Show(_) => true,
+            Self::Open | Self::Palette | Self::Larger | Self::Smaller | Self::Usual | Self::Quit | Self::Show(_) => {
+                true
+            }
         }
     }
 }
@@ -363,6 +394,8 @@ impl App {
         match action {
             Action::Open => self.ask_for_path(Asking::Open),
             Action::SaveAs => self.ask_for_path(Asking::Copy),
+            Action::Start => commands.push(Command::Close),
+            Action::Quit => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
             Action::Save => commands.push(Command::Save),
             Action::Undo => commands.push(Command::Undo),
             Action::Redo => commands.push(Command::Redo),
@@ -505,10 +538,13 @@ impl App {
         let mut all: Vec<Action> = Action::all().chain((0..DIGITS.len()).map(Action::GoTo)).collect();
         all.sort_by_key(|action| std::cmp::Reverse(action.shortcut().is_some_and(|keys| keys.modifiers.shift)));
         for action in all {
-            let pressed =
-                action.shortcut().is_some_and(|keys| ui.ctx().input_mut(|input| input.consume_shortcut(&keys)));
-            if pressed && action.is_possible(&self.state) {
-                self.act(ui, action);
+            let Some(keys) = action.shortcut() else { continue };
+            // Several times where frames are slow.
+            let count = |input: &mut egui::InputState| input.count_and_consume_key(keys.modifiers, keys.logical_key);
+            for _ in 0..ui.ctx().input_mut(count) {
+                if action.is_possible(&self.state) {
+                    self.act(ui, action);
+                }
             }
         }
     }
@@ -519,16 +555,17 @@ impl App {
             return;
         }
         let mut done = None;
+        let width = wide(ui, 420.0);
         let modal = egui::Modal::new(egui::Id::unique("palette")).show(ui.ctx(), |ui| {
-            ui.set_width(420.0);
+            ui.set_width(width);
             let label = ui.label("All that can be done");
             // Before the field takes them for itself.
             let step = ui.input_mut(|input| {
-                let mut pressed = |key| usize::from(input.consume_key(Modifiers::NONE, key));
+                let mut pressed = |key| input.count_and_consume_key(Modifiers::NONE, key);
                 (pressed(Key::ArrowDown), pressed(Key::ArrowUp))
             });
             let edit = ui
-                .add(TextEdit::singleline(&mut self.state.filters.palette).desired_width(400.0))
+                .add(TextEdit::singleline(&mut self.state.filters.palette).desired_width(width - 20.0))
                 .labelled_by(label.id);
             edit.request_focus();
             if edit.changed() {
@@ -544,14 +581,16 @@ impl App {
             let last = found.len().saturating_sub(1);
             self.palette_at = (self.palette_at + step.0).saturating_sub(step.1).min(last);
             let enter = ui.input(|input| input.key_pressed(Key::Enter));
-            ScrollArea::vertical().max_height(400.0).show(ui, |ui| {
+            let height = (ui.ctx().content_rect().height() * 0.6).min(400.0);
+            let list = ScrollArea::vertical().max_height(height).min_scrolled_height(height).auto_shrink(false);
+            list.show(ui, |ui| {
                 if found.is_empty() {
                     ui.weak("Nothing of that name can be done now.");
                 }
                 for (i, action) in found.into_iter().enumerate() {
                     let keys = action.shortcut().map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
                     let is_chosen = i == self.palette_at;
-                    let button = Button::new(action.name()).shortcut_text(keys).min_size([400.0, 0.0].into());
+                    let button = Button::new(action.name()).shortcut_text(keys).min_size([width - 20.0, 0.0].into());
                     let button = ui.add(button.selected(is_chosen));
                     if is_chosen && step != (0, 0) {
                         button.scroll_to_me(None);
@@ -579,10 +618,11 @@ impl App {
             Asking::Open => ("Folder of the city, or its script", "Open"),
             Asking::Copy => ("A new folder for a copy of the city with its changes", "Save the copy"),
         };
+        let width = wide(ui, 480.0);
         let modal = egui::Modal::new(egui::Id::unique("path")).show(ui.ctx(), |ui| {
-            ui.set_width(480.0);
+            ui.set_width(width);
             let label = ui.label(words);
-            let edit = ui.add(TextEdit::singleline(path).desired_width(460.0)).labelled_by(label.id);
+            let edit = ui.add(TextEdit::singleline(path).desired_width(width - 20.0)).labelled_by(label.id);
             if path.is_empty() {
                 edit.request_focus();
             }
@@ -602,11 +642,11 @@ impl App {
     fn show_message(&mut self, ui: &mut Ui) {
         let Some(message) = self.state.message.clone() else { return };
         Panel::bottom("message").show(ui, |ui| {
-            ui.horizontal(|ui| {
-                ui.strong(message);
+            ui.horizontal_wrapped(|ui| {
                 if ui.button("Dismiss").clicked() {
                     self.state.commands.push(Command::Dismiss);
                 }
+                ui.strong(message);
             });
         });
     }
@@ -617,7 +657,7 @@ impl App {
             return;
         }
         Panel::bottom("recovery").show(ui, |ui| {
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 ui.strong("The program ended before changes of this city were saved.");
                 for (words, wanted) in [("Take them up", true), ("Forget them", false)] {
                     if ui.button(words).clicked() {
@@ -628,39 +668,59 @@ impl App {
         });
     }
 
-    /// Before the window closes people are asked what becomes of their changes.
-    fn show_closing(&mut self, ui: &Ui) {
-        let wants_to_close = ui.ctx().input(|input| input.viewport().close_requested());
-        // Where another window takes this one's place, nothing is lost.
-        if wants_to_close && !self.state.history.is_saved() && !self.closing && !self.lost.is_lost() {
-            ui.ctx().send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.closing = true;
-        }
-        if !self.closing {
+    /// What would leave a city with changes that are not saved waits until people say what becomes of them.
+    fn ask_before_leaving(&mut self) {
+        let leaves = |command: &Command| matches!(command, Command::Open(_) | Command::Close);
+        if self.state.history.is_saved() || !self.state.commands.iter().any(leaves) {
             return;
         }
-        let mut close = false;
-        let modal = egui::Modal::new(egui::Id::unique("closing")).show(ui.ctx(), |ui| {
+        let (leaving, others) = std::mem::take(&mut self.state.commands).into_iter().partition::<Vec<_>, _>(leaves);
+        self.state.commands = others;
+        self.leaving = leaving.into_iter().next_back().map(Leaving::City);
+    }
+
+    /// Before a city with changes is left people are asked what becomes of them.
+    fn show_leaving(&mut self, ui: &Ui) {
+        let wants_to_close = ui.ctx().input(|input| input.viewport().close_requested());
+        // Where another window takes this one's place, nothing is lost.
+        let is_closing = self.leaving == Some(Leaving::Window);
+        if wants_to_close && !self.state.history.is_saved() && !is_closing && !self.lost.is_lost() {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.leaving = Some(Leaving::Window);
+        }
+        let Some(leaving) = self.leaving.clone() else { return };
+        let (save, give_up) = match &leaving {
+            Leaving::Window => ("Save and close", "Close without saving"),
+            Leaving::City(_) => ("Save and go on", "Go on without saving"),
+        };
+        let (mut goes, mut stays) = (false, false);
+        let modal = egui::Modal::new(egui::Id::unique("leaving")).show(ui.ctx(), |ui| {
             ui.label("The changes of the city are not saved.");
-            ui.horizontal(|ui| {
-                if ui.button("Save and close").clicked() {
+            ui.horizontal_wrapped(|ui| {
+                if ui.button(save).clicked() {
                     self.state.carry_out(Command::Save);
-                    close = self.state.history.is_saved();
-                    self.closing = close;
+                    // What cannot be saved is told, and stays.
+                    goes = self.state.history.is_saved();
+                    stays = !goes;
                 }
-                if ui.button("Close without saving").clicked() {
+                if ui.button(give_up).clicked() {
                     self.state.give_up_changes();
-                    close = true;
+                    goes = true;
                 }
-                if ui.button("Stay").clicked() {
-                    self.closing = false;
-                }
+                stays |= ui.button("Stay").clicked();
             });
         });
-        if close {
-            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
-        } else if modal.should_close() {
-            self.closing = false;
+        if goes {
+            match leaving {
+                Leaving::Window => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
+                Leaving::City(command) => {
+                    self.state.forget_changes();
+                    self.state.commands.push(command);
+                    self.leaving = None;
+                }
+            }
+        } else if stays || modal.should_close() {
+            self.leaving = None;
         }
     }
 
@@ -668,6 +728,10 @@ impl App {
     fn start(&mut self, ui: &mut Ui) {
         ui.heading("Plat");
         ui.label("Grow, edit and build cities from rules. Drop a city's folder here, or choose one.");
+        let shipped = shipped();
+        if shipped.is_empty() {
+            ui.label("The cities that come with Plat are not beside the program; `plat new city NAME` writes one to begin with.");
+        }
         if ui.button("Open a city…").clicked() {
             self.ask_for_path(Asking::Open);
         }
@@ -679,7 +743,7 @@ impl App {
                 city.parent().and_then(Path::file_name).filter(|_| !is_alone && recent.iter().any(|c| c == city));
             folder.map_or(name.clone(), |folder| format!("{name} in {}", folder.to_string_lossy()))
         };
-        for (heading, cities) in [("Opened before", recent.clone()), ("Shipped with Plat", shipped())] {
+        for (heading, cities) in [("Opened before", recent.clone()), ("Shipped with Plat", shipped)] {
             if !cities.is_empty() {
                 ui.add_space(12.0);
                 ui.strong(heading);
@@ -717,6 +781,7 @@ fn shipped() -> Vec<PathBuf> {
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
+        self.ask_before_leaving();
         if let Some(soon) = self.state.catch_up() {
             ui.ctx().request_repaint_after(soon);
         }
@@ -743,7 +808,7 @@ impl eframe::App for App {
         self.state.tell_sight();
         self.show_palette(ui);
         self.show_path(ui);
-        self.show_closing(ui);
+        self.show_leaving(ui);
         if self.state.preferences.layers != before {
             self.state.remember();
         }
@@ -755,6 +820,7 @@ impl eframe::App for App {
         if self.state.commands.iter().any(|command| matches!(command, Command::ShowSource(_))) {
             self.bring_up(Pane::Source);
         }
+        self.ask_before_leaving();
         if !self.state.commands.is_empty() {
             // Carried out at once, shown in the next frame.
             let _ = self.state.catch_up();

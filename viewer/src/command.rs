@@ -22,28 +22,28 @@ pub struct Arguments {
     #[arg(long, requires_all = ["city", "out"])]
     pub screenshot: bool,
     /// The picture's file.
-    #[arg(short, long, value_name = "PNG")]
+    #[arg(short, long, value_name = "PNG", requires = "screenshot")]
     pub out: Option<PathBuf>,
     /// Its size in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1600x1000", value_parser = size)]
     pub size: [u32; 2],
     /// Draws the model in space rather than the map.
-    #[arg(long)]
+    #[arg(long, requires = "screenshot")]
     pub model: bool,
     /// Where to look from: EAST,NORTH,METRES_PER_PIXEL on a map; with --model EAST,NORTH,DISTANCE,HEADING,PITCH.
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', allow_negative_numbers = true, requires = "screenshot")]
     pub camera: Vec<f64>,
     /// Colours the streets of the map.
-    #[arg(long, value_enum, value_name = "WHAT", alias = "color-by")]
+    #[arg(long, value_enum, value_name = "WHAT", alias = "color-by", requires = "screenshot")]
     pub colour_by: Option<By>,
     /// Lays a map of the site over the picture, with an opacity: density or density=0.5.
-    #[arg(long, value_name = "MAP[=OPACITY]")]
+    #[arg(long, value_name = "MAP[=OPACITY]", requires = "screenshot")]
     pub overlay: Option<String>,
     /// Draws no shadows.
-    #[arg(long)]
+    #[arg(long, requires = "screenshot")]
     pub no_shadows: bool,
     /// Draws no silhouettes.
-    #[arg(long)]
+    #[arg(long, requires = "screenshot")]
     pub no_silhouettes: bool,
 }
 
@@ -109,6 +109,11 @@ fn screenshot(arguments: &Arguments, city: &Path, out: &Path) -> Result<(), Fail
         let known: Vec<&str> = sources.site.maps.keys().map(String::as_str).collect();
         let hint = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
         return Err(usage(format!("--overlay: the site has no map `{name}`\n  hint: {hint}")));
+    }
+    if let Some(map) = arguments.colour_by.and_then(By::map)
+        && sources.site.map(map).is_none()
+    {
+        return Err(usage(format!("--colour-by: the site has no map `{map}`\n  hint: class and rule need none")));
     }
     let built = build_with(&sources, Settings::default(), &Cache::none(), &Silent, &Cancel::default());
     let built = built.map_err(|error| failed(&error))?;

@@ -20,6 +20,16 @@ pub fn polygon_of(city: &City, element: &Element) -> Option<Polygon> {
     }
 }
 
+/// How many metres high something stands; of a parcel what stands on it.
+pub fn height_of(city: &City, element: &Element) -> Option<f64> {
+    let building = city.buildings.iter().find(|building| match element.kind {
+        ElementKind::Building => building.id == element.id,
+        ElementKind::Parcel => building.parcel == element.id,
+        ElementKind::Block | ElementKind::Quarter | ElementKind::Street => false,
+    });
+    building.map(|building| building.height)
+}
+
 /// What people may want to know first: names with values.
 pub fn facts(city: &City, element: &Element) -> Vec<(&'static str, String)> {
     let origin = |origin: u16| city.origins.get(usize::from(origin)).cloned();

@@ -11,8 +11,17 @@ use std::collections::BTreeSet;
 pub struct Layers {
     /// Of the map.
     pub map: BTreeSet<LayerKind>,
-    /// Whether land, water and parks are shown below the map.
+    /// Whether land with its hills is shown below the map; without it neither water nor parks are.
     pub ground: bool,
+    /// Whether water is told from land there.
+    #[serde(default = "yes")]
+    pub water: bool,
+    /// Whether the site's parks are shown there.
+    #[serde(default = "yes")]
+    pub parks: bool,
+    /// Classes of streets that are not shown, by name.
+    #[serde(default)]
+    pub classes_off: BTreeSet<String>,
     /// Whether places that rules marked, or where they went wrong, are shown on the map.
     #[serde(default = "yes")]
     pub marks: bool,
@@ -36,7 +45,8 @@ impl Default for Layers {
     fn default() -> Self {
         use LayerKind::{Blocks, Buildings, Green, Landmarks, Parcels, Streets};
         let map = [Blocks, Green, Parcels, Buildings, Streets, Landmarks].into();
-        Self { map, ground: true, marks: true, model: [true; 4] }
+        let (ground, water, parks) = (true, true, true);
+        Self { map, ground, water, parks, classes_off: BTreeSet::new(), marks: true, model: [true; 4] }
     }
 }
 
@@ -54,8 +64,10 @@ pub fn shown<'a>(
 ) -> Shown<'a> {
     let chunks = match camera {
         Camera::Map(map) => {
-            let is_shown =
-                |layer| layers.map.contains(&layer) && (layer != LayerKind::Parcels || map.scale < NO_PARCELS);
+            let is_shown = |layer, class: Option<&str>| {
+                let is_fine = layer != LayerKind::Parcels || map.scale < NO_PARCELS;
+                layers.map.contains(&layer) && is_fine && class.is_none_or(|class| !layers.classes_off.contains(class))
+            };
             map_now.unwrap_or(&scene.map).chunks(is_shown).map(|(chunk, kind)| (&**chunk, kind)).collect()
         }
         Camera::Orbit(_) => {
@@ -72,7 +84,7 @@ pub fn shown<'a>(
         site: scene.site,
         chunks,
         overlay,
-        ground: (is_map && layers.ground).then_some(&*scene.ground),
+        ground: (is_map && layers.ground).then_some((&*scene.ground, [layers.water, layers.parks])),
         look,
         background: if is_map { [0xe4, 0xe2, 0xdc] } else { [0xc9, 0xd8, 0xe4] },
     }

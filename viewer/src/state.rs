@@ -31,6 +31,8 @@ use std::time::Duration;
 pub enum Command {
     /// Opens a city: a folder or a script.
     Open(PathBuf),
+    /// Leaves the city that is open.
+    Close,
     /// Lays a preset on something.
     Lay(PresetTarget, String),
     /// Takes a preset from it.
@@ -378,7 +380,7 @@ impl State {
             && is_first
             && !keeps_views
         {
-            self.views.fit(scene.extent, &ready.built.city);
+            self.views.fit(scene.extent, 0.0, &ready.built.city);
         }
         let is_there = |element: &Element| crate::inspect::polygon_of(&ready.built.city, element).is_some();
         self.selected = self.selected.take().filter(is_there);
@@ -394,6 +396,7 @@ impl State {
     pub fn carry_out(&mut self, command: Command) {
         match command {
             Command::Open(path) => self.open(&path),
+            Command::Close => self.close(),
             Command::Lay(target, name) => {
                 self.change_rules(&format!("preset {name}"), |changes| changes.lay(target, &name));
             }
@@ -599,14 +602,33 @@ impl State {
         self.recovery.find(path, &saved);
         self.history = History::of(saved);
         self.script = script;
-        (self.ready, self.failure, self.selected, self.message) = (None, None, None, None);
-        (self.glimpse, self.held, self.warned, self.misread) = (None, None, None, None);
-        (self.told_of_saving, self.told_of_other, self.source) = (None, None, None);
-        (self.target, self.scope, self.overlay.0) = (PresetTarget::City, None, None);
+        self.leave_city();
         self.preferences.opened(path);
         self.remember();
         self.city = Some(path.to_path_buf());
         self.build();
+    }
+
+    fn close(&mut self) {
+        self.leave_city();
+        self.city = None;
+        self.timeline.leave();
+        if let Ok(worker) = &self.worker {
+            worker.rest();
+        }
+    }
+
+    /// Nothing of what was shown stays.
+    fn leave_city(&mut self) {
+        (self.ready, self.failure, self.selected, self.message) = (None, None, None, None);
+        (self.glimpse, self.held, self.warned, self.misread) = (None, None, None, None);
+        (self.told_of_saving, self.told_of_other, self.source) = (None, None, None);
+        (self.target, self.scope, self.overlay.0) = (PresetTarget::City, None, None);
+    }
+
+    /// Goes back to the changes that are saved.
+    pub fn forget_changes(&mut self) {
+        self.history = History::of(self.history.saved().clone());
     }
 
     /// What ends the worker from outside, where the window cannot.
@@ -653,7 +675,8 @@ impl State {
         let polygon = element.and_then(|element| crate::inspect::polygon_of(city, element));
         let extent = polygon.and_then(|polygon| polygon.bounds());
         let all = ready.scene.as_ref().map_or(city.site.bounds, |scene| scene.extent);
-        self.views.fit(extent.unwrap_or(all), city);
+        let high = element.and_then(|element| crate::inspect::height_of(city, element)).unwrap_or(0.0);
+        self.views.fit(extent.unwrap_or(all), high, city);
     }
 
     /// The name of the city that is open.

@@ -3,13 +3,13 @@
 use crate::inspect::polygon_of;
 use crate::preferences::Bookmark;
 use crate::render::{Camera, Cost, Gpu, MapCamera, OrbitCamera, Overlay, Renderer, Target};
-use crate::scene::{Element, Scene, at, near_ray};
+use crate::scene::{Element, ElementKind, Scene, at, near_ray};
 use crate::shown::shown;
 use crate::state::{Command, State};
 use city::City;
 use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Sense, Stroke, TextureId, Ui, Vec2 as Size};
 use eframe::egui_wgpu::RenderState;
-use geom::{Bounds, Point, Vec2};
+use geom::{Bounds, Point, Vec2, Vec3};
 
 /// Which of the views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -69,6 +69,15 @@ pub struct Viewports {
 /// A place of an open view before anything is known of its city.
 const NOWHERE: Bounds = Bounds { min: Point::new(0, 0), max: Point::new(1 << 20, 1 << 20) };
 
+/// Least metres of the ground along a side that are shown in the model.
+const LEAST_SIDE: f64 = 160.0;
+
+/// Metres to the pixel at which a place on a map is told from others.
+const NEAR_SCALE: f64 = 0.6;
+
+/// Metres to a place in the model from which it is told from others.
+const NEAR_DISTANCE: f64 = 450.0;
+
 impl Viewports {
     /// Views of nothing yet.
     pub fn new(gpu: Option<Gpu>) -> Self {
@@ -83,10 +92,14 @@ impl Viewports {
         }
     }
 
-    /// Looks at some ground.
-    pub fn fit(&mut self, bounds: Bounds, city: &City) {
+    /// Looks at some ground, on which things stand so many metres high.
+    pub fn fit(&mut self, bounds: Bounds, high: f64, city: &City) {
         let middle = (bounds.min.metres() + bounds.max.metres()) / 2.0;
-        self.to_fit = (Some(bounds), Some((bounds, city.site.elevation(middle))));
+        // With what stands around it: from nearby a tower hides itself.
+        let side = bounds.size().min_element();
+        let around = ((high * 3.0).max(LEAST_SIDE) - side).max(0.0) / 2.0;
+        let wider = bounds.grown(geom::point::units(around));
+        self.to_fit = (Some(bounds), Some((wider, city.site.elevation(middle) + high / 2.0)));
     }
 
     /// Looks where it is to look, now that the room of a view is known.
@@ -100,19 +113,18 @@ impl Viewports {
             View::Model => {
                 if let Some((bounds, height)) = self.to_fit.1.take() {
                     let OrbitCamera { heading, pitch, .. } = self.model.camera;
-                    let around = OrbitCamera::towards(bounds, height, (heading, pitch));
-                    // A view that is high for its width must stand back to show the whole width.
-                    let back = f64::from(1.5 * pixels[1] / pixels[0]).max(1.0);
-                    self.model.camera = OrbitCamera { distance: around.distance * back, ..around };
+                    self.model.camera = OrbitCamera::towards(bounds, height, (heading, pitch), pixels.map(f64::from));
                 }
             }
         }
     }
 
-    /// Moves both views over a place.
+    /// Moves both views over a place, near enough to see what stands there.
     pub fn look_at(&mut self, place: Vec2) {
         self.map.camera.centre = place;
+        self.map.camera.scale = self.map.camera.scale.min(NEAR_SCALE);
         self.model.camera.target = place.extend(self.model.camera.target.z);
+        self.model.camera.distance = self.model.camera.distance.min(NEAR_DISTANCE);
     }
 
     /// Where one looks from now, by a name.
@@ -169,6 +181,9 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         nothing(ui, words, rect);
         return;
     };
+    // Otherwise arrows would go to the next control.
+    let arrows = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
     let scale = ui.ctx().pixels_per_point();
     let pixels = [rect.width() * scale, rect.height() * scale].map(|side| side.round().max(1.0));
     state.views.settle(which, pixels);
@@ -176,10 +191,10 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
     move_camera(ui, state, which, &response, pixels, pointer, scale);
     if response.clicked() {
         response.request_focus();
-        if let Some(at) = response.interact_pointer_pos() {
-            let picked = pick(state, which, &ready.built.city, pointer(at), pixels);
-            state.commands.push(Command::Select(next(&picked, state.selected.as_ref())));
-        }
+        // Enter and space click, too: what lies in the middle is meant.
+        let at = response.interact_pointer_pos().unwrap_or(rect.center());
+        let picked = pick(state, which, &ready.built.city, pointer(at), pixels);
+        state.commands.push(Command::Select(next(&picked, state.selected.as_ref())));
     }
     if response.double_clicked() {
         state.commands.push(Command::Fit);
@@ -202,6 +217,7 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         }
         Err(error) => state.message = Some(error),
     }
+    focus(ui, &response, rect);
     state.views.see(which, pixels);
     match which {
         View::Map => {
@@ -212,11 +228,16 @@ pub fn view(ui: &mut Ui, state: &mut State, render: Option<&RenderState>, which:
         }
         View::Model => {
             let (camera, city) = (state.views.model.camera, &ready.built.city);
-            outline(ui, state, city, rect, |ends| {
-                let in_space = ends.map(|place| place.extend(city.site.elevation(place) + ABOVE));
-                let seen = camera.pixels_of(in_space, pixels)?;
+            let seen = |ends: [Vec3; 2]| {
+                let seen = camera.pixels_of(ends, pixels)?;
                 Some(seen.map(|[x, y]| Pos2::new(rect.min.x + x / scale, rect.min.y + y / scale)))
-            });
+            };
+            match state.selected.as_ref().and_then(|picked| building(city, picked)) {
+                Some(building) => draw_edges(ui, rect, box_of(building).into_iter().filter_map(seen)),
+                None => outline(ui, state, city, rect, |ends| {
+                    seen(ends.map(|place| place.extend(city.site.elevation(place) + ABOVE)))
+                }),
+            }
         }
     }
 }
@@ -226,6 +247,22 @@ fn nothing(ui: &Ui, words: &str, rect: Rect) {
     ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
     let colour = ui.visuals().text_color();
     ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, words, egui::FontId::proportional(16.0), colour);
+}
+
+/// Shows that keys are meant for a view, and which place they would pick.
+fn focus(ui: &Ui, response: &egui::Response, rect: Rect) {
+    if !response.has_focus() {
+        return;
+    }
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.rect_stroke(rect, 0.0, Stroke::new(2.0, ui.visuals().selection.bg_fill), egui::StrokeKind::Inside);
+    if !response.hovered() {
+        let at = rect.center();
+        for stroke in [Stroke::new(3.0, Color32::WHITE), Stroke::new(1.0, Color32::BLACK)] {
+            painter.line_segment([at - Size::new(7.0, 0.0), at + Size::new(7.0, 0.0)], stroke);
+            painter.line_segment([at - Size::new(0.0, 7.0), at + Size::new(0.0, 7.0)], stroke);
+        }
+    }
 }
 
 /// Steps of the keyboard, in pixels.
@@ -245,7 +282,7 @@ fn move_camera(
     let scroll = if response.hovered() { ui.input(|input| input.smooth_scroll_delta().y) } else { 0.0 };
     let pinch = if response.hovered() { ui.input(egui::InputState::zoom_delta) } else { 1.0 };
     let mut factor = f64::from((scroll * 0.004).exp() * pinch);
-    let alt = ui.input(|input| input.modifiers.alt);
+    let (alt, shift) = ui.input(|input| (input.modifiers.alt, input.modifiers.shift));
     let mut keys = [0.0f32; 2];
     if response.has_focus() {
         ui.input(|input| {
@@ -255,14 +292,12 @@ fn move_camera(
                 (Key::ArrowUp, [0.0, STEP]),
                 (Key::ArrowDown, [0.0, -STEP]),
             ] {
-                if input.key_pressed(key) {
-                    keys = [keys[0] + way[0], keys[1] + way[1]];
-                }
+                // Several times where frames are slow.
+                let times = input.num_presses(key) as f32;
+                keys = [keys[0] + way[0] * times, keys[1] + way[1] * times];
             }
-            for (key, by) in [(Key::Plus, 1.25), (Key::Equals, 1.25), (Key::Minus, 0.8)] {
-                if input.key_pressed(key) {
-                    factor *= by;
-                }
+            for (key, by) in [(Key::Plus, 1.25f64), (Key::Equals, 1.25), (Key::Minus, 0.8)] {
+                factor *= by.powf(input.num_presses(key) as f64);
             }
         });
     }
@@ -292,7 +327,11 @@ fn move_camera(
                     camera.pan(drag, pixels[1])
                 }
             }
-            camera.pan(keys, pixels[1]);
+            if shift {
+                camera.turn(keys);
+            } else {
+                camera.pan(keys, pixels[1]);
+            }
             camera.zoom(factor);
         }
     }
@@ -432,8 +471,37 @@ fn outline(ui: &Ui, state: &State, city: &City, rect: Rect, on_view: impl Fn([Ve
         let at = |i: f64| a.lerp(b, i / count);
         pieces.extend((0..count as usize).filter_map(|i| on_view([at(i as f64), at(i as f64 + 1.0)])));
     }
+    draw_edges(ui, rect, pieces.into_iter());
+}
+
+/// Draws the edges of what is picked.
+fn draw_edges(ui: &Ui, rect: Rect, edges: impl Iterator<Item = [Pos2; 2]>) {
+    let edges: Vec<[Pos2; 2]> = edges.collect();
     let painter = ui.painter().with_clip_rect(rect);
     for stroke in [Stroke::new(4.0, Color32::WHITE), Stroke::new(2.0, Color32::from_rgb(0xc2, 0x18, 0x5b))] {
-        painter.extend(pieces.iter().map(|&points| egui::Shape::LineSegment { points, stroke }));
+        painter.extend(edges.iter().map(|&points| egui::Shape::LineSegment { points, stroke }));
     }
+}
+
+/// The building that is picked, where it is one.
+fn building<'a>(city: &'a City, picked: &Element) -> Option<&'a buildings::Building> {
+    let is_building = picked.kind == ElementKind::Building;
+    city.buildings.iter().find(|building| is_building && building.id == picked.id)
+}
+
+/// The edges of a building as a box on its ground.
+fn box_of(building: &buildings::Building) -> Vec<[Vec3; 2]> {
+    let (low, high) = (building.ground.0, building.ground.1 + building.height);
+    let mut found = Vec::new();
+    for ring in building.footprint.rings() {
+        for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+            let (a, b) = (a.metres(), b.metres());
+            found.extend([
+                [a.extend(low), b.extend(low)],
+                [a.extend(high), b.extend(high)],
+                [a.extend(low), a.extend(high)],
+            ]);
+        }
+    }
+    found
 }

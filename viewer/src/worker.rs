@@ -133,8 +133,8 @@ struct Shared {
 
 #[derive(Default)]
 struct Orders {
-    /// The newest, until it is taken.
-    newest: Option<Order>,
+    /// The newest, until it is taken; inside nothing where no city is wanted any more.
+    newest: Option<Option<Order>>,
     /// How many were given.
     given: u64,
 }
@@ -160,6 +160,15 @@ impl Worker {
 
     /// Asks for a city; what was asked for before is given up.
     pub fn order(&self, order: Order) {
+        self.want(Some(order));
+    }
+
+    /// No city is wanted any more: none is watched or built.
+    pub fn rest(&self) {
+        self.want(None);
+    }
+
+    fn want(&self, order: Option<Order>) {
         {
             let mut orders = lock(&self.shared.orders);
             orders.newest = Some(order);
@@ -246,13 +255,20 @@ impl Bench {
         while !self.shared.is_over.load(Ordering::SeqCst) {
             let given = {
                 let mut orders = lock(&self.shared.orders);
-                order = orders.newest.take().or(order);
+                order = orders.newest.take().unwrap_or(order);
                 orders.given
             };
             self.shared.is_at_work.store(true, Ordering::SeqCst);
-            if let Some(order) = &order {
-                self.rounds += 1;
-                before = self.round(order, before);
+            match &order {
+                Some(order) => {
+                    self.rounds += 1;
+                    before = self.round(order, before);
+                }
+                None => {
+                    before = None;
+                    // There is nothing that could fail to be heard of.
+                    let _ = self.watch.follow(&[]);
+                }
             }
             if self.has_order() {
                 continue;

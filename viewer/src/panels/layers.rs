@@ -12,7 +12,12 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     // As wide as there is room beside their numbers.
     ui.spacing_mut().slider_width = (ui.available_width() - 80.0).clamp(60.0, 300.0);
     ui.strong("Map");
-    ui.checkbox(&mut state.preferences.layers.ground, "Land and water");
+    let layers = &mut state.preferences.layers;
+    ui.checkbox(&mut layers.ground, "Land");
+    ui.add_enabled_ui(layers.ground, |ui| {
+        ui.checkbox(&mut layers.water, "Water");
+        ui.checkbox(&mut layers.parks, "Parks of the site");
+    });
     for layer in LayerKind::ALL {
         let mut is_on = state.preferences.layers.map.contains(&layer);
         if ui.checkbox(&mut is_on, layer.name()).changed() {
@@ -22,6 +27,9 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
             } else {
                 layers.remove(&layer)
             };
+        }
+        if layer == LayerKind::Streets && is_on {
+            classes(ui, state);
         }
     }
     ui.checkbox(&mut state.preferences.layers.marks, "Marks and faults of rules");
@@ -47,6 +55,24 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     costs(ui, state);
 }
 
+/// The classes of streets, each on or off.
+fn classes(ui: &mut Ui, state: &mut State) {
+    let Some(ready) = &state.ready else { return };
+    let off = &mut state.preferences.layers.classes_off;
+    ui.indent("classes", |ui| {
+        for (_, class) in ready.built.city.graph.classes().iter() {
+            let mut is_on = !off.contains(&class.name);
+            if ui.checkbox(&mut is_on, format!("{} streets", class.name)).changed() {
+                if is_on {
+                    off.remove(&class.name)
+                } else {
+                    off.insert(class.name.clone())
+                };
+            }
+        }
+    });
+}
+
 fn slider(ui: &mut Ui, name: &str, slider: Slider) {
     let label = ui.label(name);
     ui.add(slider).labelled_by(label.id);
@@ -66,7 +92,8 @@ fn colours(ui: &mut Ui, state: &mut State) {
     if chosen != state.colour_by {
         state.commands.push(Command::ColourBy(chosen));
     }
-    if let Some(scene) = state.ready.as_ref().and_then(|ready| ready.scene.as_ref()) {
+    // Instead of it the order of growth may be shown.
+    if let Some(scene) = state.ready.as_ref().and_then(|ready| ready.scene.as_ref()).filter(|_| !state.by_growth) {
         legend(ui, &scene.map.legend);
     }
 }
@@ -146,8 +173,9 @@ fn costs(ui: &mut Ui, state: &State) {
     for which in [View::Map, View::Model] {
         let cost = state.views.cost(which);
         ui.weak(format!(
-            "{}: {} draws, {} triangles, {} kB uploaded, {} parts out of sight, {} far off, {:.1} ms",
+            "{}: {} parts in sight, {} draws, {} triangles, {} kB uploaded, {} parts out of sight, {} far off, {:.1} ms",
             which.name(),
+            cost.seen,
             cost.draws,
             cost.primitives,
             cost.bytes.div_ceil(1024),

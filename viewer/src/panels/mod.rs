@@ -113,6 +113,7 @@ impl egui_tiles::Behavior<Pane> for Docks<'_> {
         };
         // Long texts scroll by themselves.
         let scrolls_alone = matches!(pane, Pane::Console | Pane::Source);
+        ui.painter().rect_filled(ui.max_rect(), 0.0, ui.visuals().panel_fill);
         egui::Frame::central_panel(ui.style()).show(ui, |ui| {
             if scrolls_alone {
                 show(ui, self.state);

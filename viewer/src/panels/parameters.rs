@@ -187,6 +187,31 @@ fn range(domain: &Domain) -> String {
     }
 }
 
+/// Widest range that a slider can be set in by hand.
+const WIDEST: f64 = 20_000.0;
+
+/// Whether a number is set by a slider: its range is no wider than a hand can tell apart.
+pub fn has_slider(domain: &Domain) -> bool {
+    match domain {
+        Domain::Number { range: (low, high), .. } => high - low <= WIDEST,
+        Domain::Whole { range: (low, high) } => (*high as f64) - (*low as f64) <= WIDEST,
+        _ => false,
+    }
+}
+
+/// A number as people type it: with a decimal comma or point, with its unit or without, metres in kilometres, too. `None` for
+/// what is none: it changes nothing.
+fn typed(text: &str, suffix: &str) -> Option<f64> {
+    let bare: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
+    let unit: String = suffix.chars().filter(|c| !c.is_whitespace()).collect();
+    let (digits, times) = match bare.strip_suffix("km") {
+        Some(digits) if unit == "m" => (digits, 1000.0),
+        _ => (bare.strip_suffix(&unit).unwrap_or(&bare), 1.0),
+    };
+    let value: f64 = digits.replace(',', ".").parse().ok()?;
+    value.is_finite().then_some(value * times)
+}
+
 /// The widget of a parameter. The new value as behind `--set`, where there is one, and whether it is still being turned.
 pub fn widget(ui: &mut Ui, name: &str, param: &RoleParam, value: &Literal, maps: &[String]) -> Option<(String, bool)> {
     let turned = |response: Response, text: String| {
@@ -197,20 +222,23 @@ pub fn widget(ui: &mut Ui, name: &str, param: &RoleParam, value: &Literal, maps:
     match (&param.param.domain, value) {
         (Domain::Number { unit, range: (low, high) }, Literal::Number(number)) => {
             let mut value = *number;
-            let response = if low.is_finite() && high.is_finite() {
-                ui.add(Slider::new(&mut value, *low..=*high).suffix(unit.suffix()).max_decimals(3))
+            let suffix = unit.suffix();
+            let response = if has_slider(&param.param.domain) {
+                let slider = Slider::new(&mut value, *low..=*high).suffix(suffix).max_decimals(3);
+                ui.add(slider.update_while_editing(false).custom_parser(|text| typed(text, suffix)))
             } else {
-                ui.add(DragValue::new(&mut value).range(*low..=*high).suffix(unit.suffix()).max_decimals(3))
+                let drag = DragValue::new(&mut value).range(*low..=*high).suffix(suffix).max_decimals(3);
+                ui.add(drag.update_while_editing(false).custom_parser(|text| typed(text, suffix)))
             };
             let rounded = ((value * 1000.0).round() / 1000.0).clamp(*low, *high);
             turned(response, rounded.to_string())
         }
         (Domain::Whole { range: (low, high) }, Literal::Whole(number)) => {
             let mut value = *number;
-            let response = if *low > i64::MIN && *high < i64::MAX {
-                ui.add(Slider::new(&mut value, *low..=*high))
+            let response = if has_slider(&param.param.domain) {
+                ui.add(Slider::new(&mut value, *low..=*high).update_while_editing(false))
             } else {
-                ui.add(DragValue::new(&mut value).range(*low..=*high))
+                ui.add(DragValue::new(&mut value).range(*low..=*high).update_while_editing(false))
             };
             turned(response, value.to_string())
         }
@@ -240,4 +268,27 @@ fn choice(ui: &mut Ui, name: &str, present: &str, words: &[String]) -> Option<(S
     });
     called(combo.response, name);
     (chosen != present).then_some((chosen, false))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_as_people_type_them_and_nothing_else_is_one() {
+        for (text, suffix, value) in [
+            ("280", " m", 280.0),
+            (" 1 280.5 m", " m", 1280.5),
+            ("1,5km", " m", 1500.0),
+            ("−3°", "°", -3.0),
+            ("2,25", "", 2.25),
+            ("1e3", " m", 1000.0),
+        ] {
+            assert_eq!(typed(text, suffix), Some(value), "{text}");
+        }
+        for text in ["", "m", "1,5 miles", "1.000,5", "wide", "inf", "NaN", "1 km2"] {
+            assert_eq!(typed(text, " m"), None, "{text}");
+        }
+        assert_eq!(typed("2 km", "°"), None);
+    }
 }

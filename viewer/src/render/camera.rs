@@ -70,7 +70,7 @@ pub struct OrbitCamera {
 /// How steep it may look.
 const PITCHES: (f64, f64) = (2.0, 89.5);
 
-/// The picture that a city is fitted into.
+/// The picture that a city is fitted into where no other is known.
 const ROOM: [f64; 2] = [1500.0, 1000.0];
 
 /// Share of it that is filled, one way or the other.
@@ -85,28 +85,28 @@ const HALF_FIELD: f64 = 0.4142;
 impl OrbitCamera {
     /// Shows all of some ground from the south-west.
     pub fn over(bounds: Bounds, height: f64) -> Self {
-        Self::towards(bounds, height, (25.0, 42.0))
+        Self::towards(bounds, height, (25.0, 42.0), ROOM)
     }
 
-    /// Shows all of some ground, looking that way (heading and pitch).
-    pub fn towards(bounds: Bounds, height: f64, (heading, pitch): (f64, f64)) -> Self {
+    /// Shows all of some ground in a picture of so many pixels, looking that way (heading and pitch).
+    pub fn towards(bounds: Bounds, height: f64, (heading, pitch): (f64, f64), room: [f64; 2]) -> Self {
         let middle = (bounds.min.metres() + bounds.max.metres()) / 2.0;
         let distance = (bounds.size().length() * 0.95).max(50.0);
         let mut camera = Self { target: middle.extend(height), distance, heading, pitch };
         // What is near takes more room than what is far: the middle of the ground is not that of the picture.
         for _ in 0..FITTINGS {
-            let (low, high) = camera.span(bounds);
+            let (low, high) = camera.span(bounds, room);
             let (middle, most) = ((low + high) / 2.0, ((high - low) / 2.0).max_element());
-            camera.pan([(-middle.x * ROOM[0] / 2.0) as f32, (middle.y * ROOM[1] / 2.0) as f32], ROOM[1] as f32);
+            camera.pan([(-middle.x * room[0] / 2.0) as f32, (middle.y * room[1] / 2.0) as f32], room[1] as f32);
             camera.distance = (camera.distance * most / FILLED).max(50.0);
         }
         camera
     }
 
     /// Between which places of a picture some ground lies, from -1 to 1 each way.
-    fn span(&self, bounds: Bounds) -> (Vec2, Vec2) {
+    fn span(&self, bounds: Bounds, room: [f64; 2]) -> (Vec2, Vec2) {
         let (low, high) = (bounds.min.metres(), bounds.max.metres());
-        let to_clip = self.to_clip(ROOM.map(|side| side as f32));
+        let to_clip = self.to_clip(room.map(|side| side as f32));
         let corners = [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)].map(|corner| {
             let place = to_clip * (corner - self.target.truncate()).as_vec2().extend(0.0).extend(1.0);
             // What lies behind the eye is as far off as can be.
@@ -249,9 +249,13 @@ mod tests {
     fn all_of_the_ground_is_shown_in_space_and_fills_the_picture() {
         for (width, height) in [(3000, 500), (500, 3000), (2000, 2000), (13_000, 22_900), (40, 30)] {
             let bounds = Bounds { min: Point::new(-1024 * 200, 77), max: Point::new(1024 * width, 1024 * height) };
-            let (low, high) = OrbitCamera::over(bounds, 12.0).span(bounds);
-            assert!(low.min_element() > -1.0 && high.max_element() < 1.0, "{width} {height}: {low} {high}");
-            assert!(((high - low) / 2.0).max_element() > 0.85, "{width} {height}: {low} {high}");
+            for room in [ROOM, [400.0, 700.0], [3000.0, 200.0]] {
+                let camera = OrbitCamera::towards(bounds, 12.0, (25.0, 42.0), room);
+                let (low, high) = camera.span(bounds, room);
+                assert!(low.min_element() > -1.0 && high.max_element() < 1.0, "{width} {height}: {low} {high}");
+                assert!(((high - low) / 2.0).max_element() > 0.85, "{width} {height}: {low} {high}");
+                assert!(((low + high) / 2.0).abs().max_element() < 0.1, "it lies in the middle: {low} {high}");
+            }
         }
     }
 

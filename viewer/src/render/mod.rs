@@ -85,6 +85,8 @@ pub struct Cost {
     pub primitives: u64,
     /// Bytes uploaded for the frame.
     pub bytes: u64,
+    /// Chunks that were in sight.
+    pub seen: usize,
     /// Chunks that were out of sight.
     pub culled: usize,
     /// Chunks that were drawn without what is not seen from far off.
@@ -185,8 +187,8 @@ pub struct Shown<'a> {
     pub chunks: Vec<(&'a Chunk, Kind)>,
     /// The map laid over.
     pub overlay: Option<&'a Overlay>,
-    /// What lies below a map.
-    pub ground: Option<&'a Ground>,
+    /// What lies below a map, and whether water and parks are told from land.
+    pub ground: Option<(&'a Ground, [bool; 2])>,
     /// How it is shown.
     pub look: Look,
     /// What is behind everything (sRGB).
@@ -274,13 +276,14 @@ impl Renderer {
         let to_sun = sun_view(camera, sun) * down;
         let corner = shown.site.min.metres() - origin.truncate();
         let size = shown.site.size();
+        let [water, parks] = shown.ground.map_or([0.0; 2], |(_, parts)| parts.map(|is_on| f32::from(u8::from(is_on))));
         let numbers = ViewNumbers {
             to_clip: to_clip.to_cols_array(),
             to_sun: to_sun.to_cols_array(),
             sun: sun.as_vec3().extend(if has_shadows { 1.0 } else { 0.0 }).to_array(),
             screen: [pixels[0], pixels[1], range.0 as f32, range.1 as f32],
             site: [corner.x as f32, corner.y as f32, size.x as f32, size.y as f32],
-            strengths: [shown.overlay.map_or(0.0, |overlay| overlay.opacity), shown.look.silhouettes, 0.0, 0.0],
+            strengths: [shown.overlay.map_or(0.0, |overlay| overlay.opacity), shown.look.silhouettes, water, parks],
         };
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&numbers));
         let mut cost = Cost::default();
@@ -290,6 +293,7 @@ impl Renderer {
             .filter(|(chunk, _)| is_seen(chunk, origin, &to_clip))
             .map(|&(chunk, kind)| Seen { chunk, kind, count: count(chunk, camera, shown.look.detail) })
             .collect();
+        cost.seen = seen.len();
         cost.culled = shown.chunks.len() - seen.len();
         // In the shadows that fall into the picture, things outside it count.
         let casting: Vec<&Chunk> = if has_shadows {
@@ -344,7 +348,7 @@ impl Renderer {
         let paint = |pass: &mut wgpu::RenderPass| {
             pass.set_bind_group(0, &bindings, &[]);
             pass.set_vertex_buffer(1, self.corners.slice(..));
-            if let Some(ground) = shown.ground {
+            if let Some((ground, _)) = shown.ground {
                 pass.set_bind_group(1, &self.pipelines.bind_texture(device, &ground.texture), &[]);
                 self.paint_site(pass, &self.pipelines.ground, shown, cost);
             }

@@ -8,7 +8,7 @@ struct View {
     screen: vec4<f32>,
     // Least corner and size in metres of the site, seen from the view's origin.
     site: vec4<f32>,
-    // Opacity of the overlay, strength of silhouettes.
+    // Opacity of the overlay, strength of silhouettes, whether water and parks are told from land.
     strengths: vec4<f32>,
 };
 @group(0) @binding(0) var<uniform> view: View;
@@ -128,13 +128,13 @@ fn ground_fragment(in: FlatOut) -> @location(0) vec4<f32> {
     let at = (in.place - view.site.xy) / view.site.zw;
     let ground = textureSample(ground_map, linear_sampler, vec2<f32>(at.x, 1.0 - at.y));
     let soft = fwidth(ground.rg) * 0.7 + vec2<f32>(1e-4);
-    let land = smoothstep(0.5 - soft.x, 0.5 + soft.x, ground.r);
-    let park = smoothstep(0.5 - soft.y, 0.5 + soft.y, ground.g);
+    let land = max(smoothstep(0.5 - soft.x, 0.5 + soft.x, ground.r), 1.0 - view.strengths.z);
+    let park = smoothstep(0.5 - soft.y, 0.5 + soft.y, ground.g) * view.strengths.w;
     var colour = mix(vec3<f32>(0.547, 0.644, 0.734), vec3<f32>(0.868, 0.847, 0.800), land);
     colour = mix(colour, vec3<f32>(0.594, 0.693, 0.474), park * land);
     // A shore is a thin darker line, hills a light from the north-west.
     let shore = 1.0 - smoothstep(0.0, 1.5, abs(ground.r - 0.5) / max(fwidth(ground.r), 1e-4));
-    colour = mix(colour, vec3<f32>(0.25, 0.42, 0.56), shore * 0.5);
+    colour = mix(colour, vec3<f32>(0.25, 0.42, 0.56), shore * 0.5 * view.strengths.z);
     colour *= mix(1.0, 0.75 + 0.5 * ground.b, land);
     return vec4<f32>(colour, 1.0);
 }

@@ -81,6 +81,8 @@ pub struct MapScene {
     /// Names and colours of what streets are coloured by.
     pub legend: Vec<(String, [u8; 3])>,
     colour_by: ColourBy,
+    /// Names of the classes that streets have.
+    classes: BTreeMap<Class, String>,
 }
 
 #[derive(Clone, Debug)]
@@ -133,7 +135,7 @@ impl MapScene {
         let stays = |layer: LayerKind, tile: TileKey| is_kept(layer) || !is_wanted(tile);
         let kept = known.into_iter().flatten().filter(|(((layer, ..), tile), _)| stays(*layer, *tile));
         made.parts.extend(kept.map(|(place, part)| (*place, part.clone())));
-        Self { colour_by, ..made }
+        Self { colour_by, classes: classes(city), ..made }
     }
 
     /// Drawings as chunks; those that are the same among known ones are taken over.
@@ -158,20 +160,32 @@ impl MapScene {
         });
         let parts = made.collect();
         let legend = colours.map(|of| of.entries.iter().map(|entry| (entry.name.clone(), rgb(entry.colour))).collect());
-        Self { parts, legend: legend.unwrap_or_default(), colour_by: None }
+        Self { parts, legend: legend.unwrap_or_default(), ..Self::default() }
     }
 
     /// The map of a city with colours of its streets that are known already.
     pub fn coloured(gpu: &Gpu, city: &City, colours: Option<&Colouring>) -> Self {
         let drawn = LayerKind::ALL.into_par_iter().flat_map_iter(|layer| drawings(city, layer, colours));
-        Self::made(gpu, drawn.collect(), None, colours)
+        Self { classes: classes(city), ..Self::made(gpu, drawn.collect(), None, colours) }
     }
 
-    /// The chunks of the layers that are shown, from below.
-    pub fn chunks(&self, is_shown: impl Fn(LayerKind) -> bool) -> impl Iterator<Item = (&ChunkRef, Kind)> {
-        let shown = self.parts.iter().filter(move |(((layer, ..), _), _)| is_shown(*layer));
+    /// The chunks of the layers that are shown, from below; of streets by the name of their class.
+    pub fn chunks(
+        &self,
+        is_shown: impl Fn(LayerKind, Option<&str>) -> bool,
+    ) -> impl Iterator<Item = (&ChunkRef, Kind)> {
+        let is_shown = move |&(layer, _, _, std::cmp::Reverse(class)): &Order| {
+            let class = (layer == LayerKind::Streets).then(|| self.classes.get(&Class(class))).flatten();
+            is_shown(layer, class.map(String::as_str))
+        };
+        let shown = self.parts.iter().filter(move |((order, _), _)| is_shown(order));
         shown.map(|(_, part)| (&part.chunk, part.kind))
     }
+}
+
+/// Names of the classes of a city's streets.
+fn classes(city: &City) -> BTreeMap<Class, String> {
+    city.runs.iter().map(|run| (run.class, city.graph.classes().info(run.class).name.clone())).collect()
 }
 
 /// What there is to draw of a layer.

@@ -9,6 +9,7 @@ use script::PresetTarget;
 use std::fs;
 use std::time::{Duration, Instant};
 use viewer::app::App;
+use viewer::panels::parameters::has_slider;
 use viewer::scene::{Element, ElementKind, LayerKind};
 use viewer::state::Command;
 
@@ -269,8 +270,13 @@ fn layers_are_switched_on_and_off_and_views_are_kept() {
     }
     click(&mut window, "Marks and faults of rules");
     assert!(!window.state().state().preferences.layers.marks);
-    click(&mut window, "Land and water");
-    assert!(!window.state().state().preferences.layers.ground);
+    click(&mut window, "Streets");
+    click(&mut window, "minor streets");
+    click(&mut window, "Water");
+    click(&mut window, "Parks of the site");
+    click(&mut window, "Land");
+    let layers = window.state().state().preferences.layers.clone();
+    assert!(!layers.ground && !layers.water && !layers.parks && layers.classes_off.contains("minor"), "{layers:?}");
     click(&mut window, "Shadows");
     assert!(!window.state().state().views.look.shadows);
 
@@ -559,7 +565,8 @@ fn standing(window: &Harness<App>, address: &str) -> f64 {
 /// The first parameter of streets that is a number, and its slider.
 fn a_number(window: &Harness<App>) -> String {
     let plan = &window.state().state().ready.as_ref().unwrap().sources.plan;
-    let is_number = |p: &script::RoleParam| matches!(p.param.domain, script::Domain::Number { range: (low, high), .. } if low.is_finite() && high.is_finite());
+    let is_number =
+        |p: &script::RoleParam| matches!(p.param.domain, script::Domain::Number { .. }) && has_slider(&p.param.domain);
     plan.parameters().into_iter().find(is_number).expect("a number").address
 }
 
@@ -732,4 +739,82 @@ fn a_rule_of_the_library_becomes_the_citys_own_to_be_changed() {
     settle(&mut window);
     assert!(window.state().state().failure.is_none(), "{:?}", window.state().state().failure);
     assert_ne!(shown(&window), at_first);
+}
+
+#[test]
+fn views_are_worked_by_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = copy_of("lattice", folder.path());
+    let mut window = window();
+    open(&mut window, &city);
+    let cameras = |window: &Harness<App>| {
+        let views = &window.state().state().views;
+        (views.map.camera, views.model.camera)
+    };
+    window.get_by_label("Model view").focus();
+    window.run_steps(3);
+    let (map, mut model) = cameras(&window);
+    for _ in 0..3 {
+        window.key_press(Key::ArrowLeft);
+        window.run_steps(2);
+        let now = cameras(&window);
+        assert!(now.1.target != model.target && now.1.heading == model.heading, "{now:?}");
+        model = now.1;
+    }
+    window.key_press_modifiers(Modifiers::SHIFT, Key::ArrowLeft);
+    window.run_steps(2);
+    let (map_now, turned) = cameras(&window);
+    assert!(turned.heading != model.heading && turned.target == model.target && map_now == map);
+    window.get_by_label("Map view").focus();
+    window.run_steps(3);
+    window.key_press(Key::ArrowUp);
+    window.key_press(Key::Plus);
+    window.run_steps(2);
+    let (moved, model) = cameras(&window);
+    assert!(moved.centre != map.centre && moved.scale < map.scale && model == turned);
+    // What lies in the middle is picked, then what lies around it.
+    let mut picked = Vec::new();
+    for _ in 0..6 {
+        window.key_press(Key::Enter);
+        settle(&mut window);
+        picked.extend(window.state().state().selected.clone());
+    }
+    assert!(picked.iter().any(|element| element.kind == ElementKind::Quarter), "{picked:?}");
+    assert!(picked.iter().any(|element| element.kind != ElementKind::Quarter), "{picked:?}");
+}
+
+#[test]
+fn who_leaves_a_changed_city_is_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let (city, other) = (copy_of("lattice", folder.path()), copy_of("krems", folder.path()));
+    let mut window = window();
+    open(&mut window, &city);
+    let at_first = shown(&window);
+    let go = |window: &mut Harness<App>, command: Command| {
+        window.state_mut().state_mut().commands.push(command);
+        settle(window);
+    };
+    go(&mut window, Command::Seed(Some(77)));
+    go(&mut window, Command::Open(other.clone()));
+    assert_eq!(window.state().state().city.as_ref(), Some(&city));
+    click(&mut window, "Stay");
+    assert!(!window.state().state().history.is_saved());
+    go(&mut window, Command::Open(other.clone()));
+    click(&mut window, "Go on without saving");
+    assert_eq!(window.state().state().city.as_ref(), Some(&other));
+    assert!(!Changes::file_of(&city.join("city.rhai")).exists());
+    open(&mut window, &city);
+    assert_eq!(shown(&window), at_first, "nothing is offered of what was given up");
+    go(&mut window, Command::Seed(Some(78)));
+    go(&mut window, Command::Close);
+    click(&mut window, "Save and go on");
+    assert!(window.state().state().city.is_none() && window.query_by_label("Open a city…").is_some());
+    assert_eq!(Changes::saved(&city.join("city.rhai")).unwrap().seed, Some(78));
+    // What is left is not watched any more.
+    fs::write(city.join("city.rhai"), "city(#{").unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    settle(&mut window);
+    assert!(window.state().state().failure.is_none());
+    open(&mut window, &other);
+    assert!(window.state().state().failure.is_none());
 }

@@ -194,6 +194,43 @@ fn options_layers_colours_and_overlays_look_as_they_did() {
 }
 
 #[test]
+fn water_parks_and_each_class_of_streets_are_switched() {
+    let Some(gpu) = device() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let script = r#"
+        city(#{
+            site: site(#{ size: [900, 600], land: |x, y| x > 200, parks: |x, y| hypot(x - 325, y - 300) < 80 }),
+            given: [line([[450, 50], [850, 50], [850, 550], [450, 550], [450, 50]])],
+            minors: streets(#{ pattern: rule("streets/grid") }),
+        });
+    "#;
+    std::fs::write(folder.path().join("city.rhai"), script).unwrap();
+    let built = built_from(folder.path());
+    let scene = Scene::of(&gpu, &built.city, &Cache::none(), None, None);
+    let map = Camera::Map(MapCamera { centre: built.city.site.bounds.size() / 2.0, scale: 2.0 });
+    let draw = |change: &dyn Fn(&mut viewer::shown::Layers)| {
+        let mut wish = wish(map);
+        // Blocks would hide the ground.
+        wish.layers.map = [LayerKind::Streets].into();
+        change(&mut wish.layers);
+        of_scene(&gpu, &scene, &built.city, &wish).unwrap()
+    };
+    let all = draw(&|_| {});
+    let is_there = |class: streets::Class| built.city.runs.iter().any(|run| run.class == class);
+    let classes = built.city.graph.classes().iter().filter(|(class, _)| is_there(*class));
+    let classes: Vec<String> = classes.map(|(_, info)| info.name.clone()).collect();
+    assert_eq!(classes, ["major", "minor"]);
+    let mut pictures = vec![draw(&|layers| layers.water = false), draw(&|layers| layers.parks = false)];
+    pictures.extend(classes.iter().map(|class| draw(&|layers| layers.classes_off = [class.clone()].into())));
+    for (i, picture) in pictures.iter().enumerate() {
+        assert!(apart(picture, &all) > 300, "{i}: {}", apart(picture, &all));
+    }
+    let none = draw(&|layers| layers.classes_off.extend(classes.clone()));
+    let no_streets = draw(&|layers| layers.map.retain(|layer| *layer != LayerKind::Streets));
+    assert_eq!(apart(&none, &no_streets), 0);
+}
+
+#[test]
 fn a_map_laid_over_another_hides_none_of_its_places() {
     let Some(gpu) = device() else { return };
     let built = built("patterns");

@@ -6,7 +6,7 @@ use egui_kittest::kittest::Queryable;
 use script::{Domain, Host, Literal, Param, RoleParam};
 use std::cell::RefCell;
 use std::rc::Rc;
-use viewer::panels::parameters::widget;
+use viewer::panels::parameters::{has_slider, widget};
 
 /// Maps that a site may have.
 const MAPS: [&str; 2] = ["density", "elevation"];
@@ -45,7 +45,7 @@ fn turn(param: &RoleParam) -> Option<String> {
     let name = param.address.as_str();
     match (&param.param.domain, &param.param.default) {
         (Domain::Number { range, .. }, Literal::Number(number)) => {
-            let role = if range.0.is_finite() && range.1.is_finite() { Role::Slider } else { Role::SpinButton };
+            let role = if has_slider(&param.param.domain) { Role::Slider } else { Role::SpinButton };
             let key = if *number < range.1 { Key::ArrowRight } else { Key::ArrowLeft };
             turned(param, |harness| match role {
                 Role::Slider => press(harness, role, name, key),
@@ -53,7 +53,7 @@ fn turn(param: &RoleParam) -> Option<String> {
             })
         }
         (Domain::Whole { range }, Literal::Whole(number)) => {
-            let is_slider = range.0 > i64::MIN && range.1 < i64::MAX;
+            let is_slider = has_slider(&param.param.domain);
             let key = if *number < range.1 { Key::ArrowRight } else { Key::ArrowLeft };
             turned(param, |harness| {
                 if is_slider { press(harness, Role::Slider, name, key) } else { type_number(harness, name, "7") }
