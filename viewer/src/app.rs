@@ -241,6 +241,18 @@ fn chosen(context: &egui::Context, preferences: &Preferences) {
         Theme::Dark => egui::ThemePreference::Dark,
     });
     context.set_zoom_factor(preferences.scale);
+    // Paler on white than can be read, as egui has them.
+    context.style_mut_of(egui::Theme::Light, |style| {
+        let visuals = &mut style.visuals;
+        visuals.text_edit_bg_color = Some(egui::Color32::from_gray(226));
+        visuals.weak_text_color = Some(egui::Color32::from_gray(95));
+        visuals.warn_fg_color = egui::Color32::from_rgb(0xa8, 0x4a, 0x00);
+        visuals.error_fg_color = egui::Color32::from_rgb(0xb7, 0x1c, 0x1c);
+    });
+    context.style_mut_of(egui::Theme::Dark, |style| {
+        style.visuals.weak_text_color = Some(egui::Color32::from_gray(135));
+        style.visuals.text_edit_bg_color = Some(egui::Color32::from_gray(6));
+    });
 }
 
 /// The keys that go to views.
