@@ -47,7 +47,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
                     state.commands.push(Command::ShowSource(place));
                 }
             }
-            ui.label(RichText::new(answer.to_string()).monospace().small());
+            ui.label(RichText::new(answer.to_string()).monospace().size(11.0));
         }
         Some(Err(error)) => {
             ui.colored_label(ui.visuals().error_fg_color, error);
