@@ -1,5 +1,8 @@
 //! The window.
 
+mod action;
+mod dialogs;
+
 use crate::command::Arguments;
 use crate::history::History;
 use crate::lost::Lost;
@@ -9,9 +12,8 @@ use crate::preferences::{Bookmark, Preferences, Theme};
 use crate::render::Gpu;
 use crate::state::{Command, State};
 use crate::worker::Wake;
-use eframe::egui::{
-    self, Button, CentralPanel, Image, Key, KeyboardShortcut, Modifiers, Panel, ScrollArea, TextEdit, Ui,
-};
+use action::{Action, DIGITS};
+use eframe::egui::{self, Button, CentralPanel, Image, Panel, ScrollArea, Ui};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -228,11 +230,6 @@ impl App {
     }
 }
 
-/// As wide as something is to be, or as there is room.
-fn wide(ui: &Ui, width: f32) -> f32 {
-    width.min(ui.ctx().content_rect().width() - 40.0).max(60.0)
-}
-
 /// Makes everything look as people chose.
 fn chosen(context: &egui::Context, preferences: &Preferences) {
     context.set_theme(match preferences.theme {
@@ -253,141 +250,6 @@ fn chosen(context: &egui::Context, preferences: &Preferences) {
         style.visuals.weak_text_color = Some(egui::Color32::from_gray(135));
         style.visuals.text_edit_bg_color = Some(egui::Color32::from_gray(6));
     });
-}
-
-/// The keys that go to views.
-const DIGITS: [Key; 9] =
-    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
-
-const fn with_command(key: Key) -> KeyboardShortcut {
-    KeyboardShortcut::new(Modifiers::COMMAND, key)
-}
-
-/// What can be done from menus, the keyboard and the palette.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Action {
-    Open,
-    Save,
-    SaveAs,
-    /// Leaves the city: cities to choose from are shown.
-    Start,
-    Quit,
-    Undo,
-    Redo,
-    ResetAll,
-    Build,
-    Cancel,
-    Fit,
-    FitAll,
-    Why,
-    Palette,
-    Larger,
-    Smaller,
-    /// Looks from where that was kept.
-    GoTo(usize),
-    /// Gives the graphics device up and takes another.
-    Restart,
-    /// Lays panels out as at first.
-    Usual,
-    Show(Pane),
-}
-
-impl Action {
-    /// All of them, by menu.
-    const MENUS: [(&'static str, &'static [Self]); 5] = [
-        ("File", &[Self::Open, Self::Save, Self::SaveAs, Self::Start, Self::Quit]),
-        ("Edit", &[Self::Undo, Self::Redo, Self::ResetAll]),
-        ("View", &[Self::Fit, Self::FitAll, Self::Larger, Self::Smaller, Self::Restart]),
-        (
-            "Panels",
-            &[
-                Self::Show(Pane::View(crate::viewport::View::Map)),
-                Self::Show(Pane::View(crate::viewport::View::Model)),
-                Self::Show(Pane::Presets),
-                Self::Show(Pane::Parameters),
-                Self::Show(Pane::Layers),
-                Self::Show(Pane::Inspector),
-                Self::Show(Pane::Statistics),
-                Self::Show(Pane::Problems),
-                Self::Show(Pane::Timeline),
-                Self::Show(Pane::Console),
-                Self::Show(Pane::Source),
-                Self::Usual,
-            ],
-        ),
-        ("City", &[Self::Build, Self::Cancel, Self::Why, Self::Palette]),
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Open => "Open a city…",
-            Self::Save => "Save changes",
-            Self::SaveAs => "Save a copy of the city…",
-            Self::Start => "Other cities",
-            Self::Quit => "Quit",
-            Self::Undo => "Undo",
-            Self::Redo => "Redo",
-            Self::ResetAll => "Reset all values",
-            Self::Build => "Build again",
-            Self::Cancel => "Give up building",
-            Self::Fit => "Look at what is picked",
-            Self::FitAll => "Look at the whole city",
-            Self::Why => "Why is this here?",
-            Self::Palette => "All that can be done…",
-            Self::Larger => "Larger",
-            Self::Smaller => "Smaller",
-            Self::GoTo(_) => "Go to a view that was kept",
-            Self::Restart => "Start graphics anew",
-            Self::Usual => "Put panels back",
-            Self::Show(pane) => pane.name(),
-        }
-    }
-
-    fn shortcut(self) -> Option<KeyboardShortcut> {
-        Some(match self {
-            Self::Open => with_command(Key::O),
-            Self::Save => with_command(Key::S),
-            Self::Quit => with_command(Key::Q),
-            Self::SaveAs => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S),
-            Self::Undo => with_command(Key::Z),
-            Self::Redo => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
-            Self::Build => with_command(Key::B),
-            Self::Fit => with_command(Key::F),
-            Self::FitAll => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::F),
-            Self::Why => with_command(Key::I),
-            Self::Palette => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P),
-            Self::Larger => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Plus),
-            Self::Smaller => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Minus),
-            Self::GoTo(index) => with_command(*DIGITS.get(index)?),
-            Self::ResetAll | Self::Cancel | Self::Restart | Self::Usual | Self::Start | Self::Show(_) => return None,
-        })
-    }
-
-    fn all() -> impl Iterator<Item = Self> {
-        Self::MENUS.into_iter().flat_map(|(_, actions)| actions.iter().copied())
-    }
-
-    fn is_possible(self, state: &State) -> bool {
-        match self {
-            Self::Save => state.ready.is_some() && !state.history.is_saved(),
-            Self::Undo => state.history.to_undo().is_some(),
-            Self::Redo => state.history.to_redo().is_some(),
-            Self::Build | Self::Start => state.city.is_some(),
-            Self::FitAll | Self::SaveAs => state.ready.is_some(),
-            Self::ResetAll => {
-                let now = state.history.now();
-                now.seed.is_some() || now.values().next().is_some()
-            }
-            Self::Fit => state.selected.is_some(),
-            Self::GoTo(index) => state.bookmarks().len() > index,
-            Self::Restart => state.gpu().is_some(),
-            Self::Cancel => state.under.is_some(),
-            Self::Why => state.selected.is_some(),
-            Self::Open | Self::Palette | Self::Larger | Self::Smaller | Self::Usual | Self::Quit | Self::Show(_) => {
-                true
-            }
-        }
-    }
 }
 
 impl Asking {
@@ -558,181 +420,6 @@ impl App {
                     self.act(ui, action);
                 }
             }
-        }
-    }
-
-    /// All that can be done, to be found by typing.
-    fn show_palette(&mut self, ui: &Ui) {
-        if !self.palette {
-            return;
-        }
-        let mut done = None;
-        let width = wide(ui, 420.0);
-        let modal = egui::Modal::new(egui::Id::unique("palette")).show(ui.ctx(), |ui| {
-            ui.set_width(width);
-            let label = ui.label("All that can be done");
-            // Before the field takes them for itself.
-            let step = ui.input_mut(|input| {
-                let mut pressed = |key| input.count_and_consume_key(Modifiers::NONE, key);
-                (pressed(Key::ArrowDown), pressed(Key::ArrowUp))
-            });
-            let edit = ui
-                .add(TextEdit::singleline(&mut self.state.filters.palette).desired_width(width - 20.0))
-                .labelled_by(label.id);
-            edit.request_focus();
-            if edit.changed() {
-                self.palette_at = 0;
-            }
-            let wanted = self.state.filters.palette.to_lowercase();
-            let found = Action::all().filter(|action| {
-                action.name().to_lowercase().contains(&wanted)
-                    && action.is_possible(&self.state)
-                    && *action != Action::Palette
-            });
-            let found: Vec<Action> = found.collect();
-            let last = found.len().saturating_sub(1);
-            self.palette_at = (self.palette_at + step.0).saturating_sub(step.1).min(last);
-            let enter = ui.input(|input| input.key_pressed(Key::Enter));
-            let height = (ui.ctx().content_rect().height() * 0.6).min(400.0);
-            let list = ScrollArea::vertical().max_height(height).min_scrolled_height(height).auto_shrink(false);
-            list.show(ui, |ui| {
-                if found.is_empty() {
-                    ui.weak("Nothing of that name can be done now.");
-                }
-                for (i, action) in found.into_iter().enumerate() {
-                    let keys = action.shortcut().map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
-                    let is_chosen = i == self.palette_at;
-                    let button = Button::new(action.name()).shortcut_text(keys).min_size([width - 20.0, 0.0].into());
-                    let button = ui.add(button.selected(is_chosen));
-                    if is_chosen && step != (0, 0) {
-                        button.scroll_to_me(None);
-                    }
-                    if button.clicked() || (is_chosen && enter) {
-                        done = Some(action);
-                    }
-                }
-            });
-        });
-        if modal.should_close() || done.is_some() {
-            self.palette = false;
-        }
-        if let Some(action) = done {
-            self.act(ui, action);
-        }
-    }
-
-    /// A path to type, where the system has no dialogs.
-    fn show_path(&mut self, ui: &Ui) {
-        let Some((asking, path)) = &mut self.path else { return };
-        let asking = *asking;
-        let mut named = None;
-        let (words, button) = match asking {
-            Asking::Open => ("Folder of the city, or its script", "Open"),
-            Asking::Copy => ("A new folder for a copy of the city with its changes", "Save the copy"),
-        };
-        let width = wide(ui, 480.0);
-        let modal = egui::Modal::new(egui::Id::unique("path")).show(ui.ctx(), |ui| {
-            ui.set_width(width);
-            let label = ui.label(words);
-            let edit = ui.add(TextEdit::singleline(path).desired_width(width - 20.0)).labelled_by(label.id);
-            if path.is_empty() {
-                edit.request_focus();
-            }
-            let enter = edit.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            let is_named = !path.trim().is_empty();
-            if (ui.add_enabled(is_named, Button::new(button)).clicked() || enter) && is_named {
-                named = Some(PathBuf::from(path.trim()));
-            }
-        });
-        if modal.should_close() || named.is_some() {
-            self.path = None;
-        }
-        self.state.commands.extend(named.map(|path| asking.command(path)));
-    }
-
-    /// What went wrong, until it is read.
-    fn show_message(&mut self, ui: &mut Ui) {
-        let Some(message) = self.state.message.clone() else { return };
-        Panel::bottom("message").show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| {
-                if ui.button("Dismiss").clicked() {
-                    self.state.commands.push(Command::Dismiss);
-                }
-                ui.strong(message);
-            });
-        });
-    }
-
-    /// Changes that an earlier run left unsaved, until people say what becomes of them.
-    fn show_recovery(&mut self, ui: &mut Ui) {
-        if self.state.recovery.found.is_empty() {
-            return;
-        }
-        Panel::bottom("recovery").show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| {
-                ui.strong("The program ended before changes of this city were saved.");
-                for (words, wanted) in [("Take them up", true), ("Forget them", false)] {
-                    if ui.button(words).clicked() {
-                        self.state.commands.push(Command::Recover(wanted));
-                    }
-                }
-            });
-        });
-    }
-
-    /// What would leave a city with changes that are not saved waits until people say what becomes of them.
-    fn ask_before_leaving(&mut self) {
-        let leaves = |command: &Command| matches!(command, Command::Open(_) | Command::Close);
-        if self.state.history.is_saved() || !self.state.commands.iter().any(leaves) {
-            return;
-        }
-        let (leaving, others) = std::mem::take(&mut self.state.commands).into_iter().partition::<Vec<_>, _>(leaves);
-        self.state.commands = others;
-        self.leaving = leaving.into_iter().next_back().map(Leaving::City);
-    }
-
-    /// Before a city with changes is left people are asked what becomes of them.
-    fn show_leaving(&mut self, ui: &Ui) {
-        let wants_to_close = ui.ctx().input(|input| input.viewport().close_requested());
-        // Where another window takes this one's place, nothing is lost.
-        let is_closing = self.leaving == Some(Leaving::Window);
-        if wants_to_close && !self.state.history.is_saved() && !is_closing && !self.lost.is_lost() {
-            ui.ctx().send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.leaving = Some(Leaving::Window);
-        }
-        let Some(leaving) = self.leaving.clone() else { return };
-        let (save, give_up) = match &leaving {
-            Leaving::Window => ("Save and close", "Close without saving"),
-            Leaving::City(_) => ("Save and go on", "Go on without saving"),
-        };
-        let (mut goes, mut stays) = (false, false);
-        let modal = egui::Modal::new(egui::Id::unique("leaving")).show(ui.ctx(), |ui| {
-            ui.label("The changes of the city are not saved.");
-            ui.horizontal_wrapped(|ui| {
-                if ui.button(save).clicked() {
-                    self.state.carry_out(Command::Save);
-                    // What cannot be saved is told, and stays.
-                    goes = self.state.history.is_saved();
-                    stays = !goes;
-                }
-                if ui.button(give_up).clicked() {
-                    self.state.give_up_changes();
-                    goes = true;
-                }
-                stays |= ui.button("Stay").clicked();
-            });
-        });
-        if goes {
-            match leaving {
-                Leaving::Window => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
-                Leaving::City(command) => {
-                    self.state.forget_changes();
-                    self.state.commands.push(command);
-                    self.leaving = None;
-                }
-            }
-        } else if stays || modal.should_close() {
-            self.leaving = None;
         }
     }
 
