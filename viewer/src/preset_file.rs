@@ -1,18 +1,21 @@
 //! Presets that people save: a file in the city's folder with the rules in force and the values that differ from the rules' own.
+//! Laid on the city that it was saved from, a preset changes nothing.
 
-use script::{Literal, Plan, Rule};
-use std::fmt::Write as _;
+use script::{GoalPlan, Literal, Plan, Rule, StreetPlan};
 use std::path::{Path, PathBuf};
 
-/// The roles of a preset, with what they are called in a plan.
-const ROLES: [(&str, &str); 3] = [("pattern", "minors.pattern"), ("parcels", "parcels"), ("buildings", "buildings")];
-
-/// Writes a preset of what a plan says of minors, parcels and buildings into the folder of a city; one of that name is not
-/// written over. Returns the file, and the roles that no preset can hold, such as mixed patterns.
+/// Writes a preset of what a plan says of a class of streets, and with minors of parcels and buildings, into the folder of a
+/// city; one of that name is not written over. Returns the file, and the parts that no preset can hold, such as mixed patterns.
 ///
 /// # Errors
 /// When the name does not do, there is one already, the plan has nothing to save, or the file cannot be written.
-pub fn save(plan: &Plan, folder: &Path, name: &str, city: &str) -> Result<(PathBuf, Vec<&'static str>), String> {
+pub fn save(
+    plan: &Plan,
+    class: &str,
+    folder: &Path,
+    name: &str,
+    city: &str,
+) -> Result<(PathBuf, Vec<&'static str>), String> {
     let fits = |name: &str| {
         let mut letters = name.chars();
         letters.next().is_some_and(|first| first.is_ascii_lowercase())
@@ -25,8 +28,8 @@ pub fn save(plan: &Plan, folder: &Path, name: &str, city: &str) -> Result<(PathB
     if path.exists() {
         return Err(format!("{} is there already: choose another name", path.display()));
     }
-    let (text, left_out) =
-        text(plan, name, city).ok_or("there is nothing to save: no role is played by a single rule")?;
+    let nothing = "there is nothing to save: no role is played by a single rule whose values are the same everywhere";
+    let (text, left_out) = text(plan, class, name, city).ok_or(nothing)?;
     let failed = |error: &dyn std::fmt::Display| format!("the preset could not be saved: {error}");
     std::fs::create_dir_all(path.parent().unwrap_or(folder)).map_err(|error| failed(&error))?;
     city::export::write_atomically(&path, |out| out.write_all(text.as_bytes())).map_err(|error| failed(&error))?;
@@ -34,26 +37,86 @@ pub fn save(plan: &Plan, folder: &Path, name: &str, city: &str) -> Result<(PathB
 }
 
 /// The text of a preset; `None` where it would hold nothing.
-fn text(plan: &Plan, name: &str, city: &str) -> Option<(String, Vec<&'static str>)> {
-    let mut left_out = Vec::new();
+fn text(plan: &Plan, class: &str, name: &str, city: &str) -> Option<(String, Vec<&'static str>)> {
     let title: String = name.replace('_', " ");
-    let mut text = format!("//! {title}: saved from {city}.\n\npreset(#{{\n");
-    let start = text.len();
-    for (key, role) in ROLES {
+    let mut parts = Parts::default();
+    let streets = match class {
+        "highways" => &plan.highways,
+        "majors" => &plan.majors,
+        _ => &plan.minors,
+    };
+    if let Some(streets) = streets {
+        parts.streets(plan, streets, class);
+    }
+    if class == "minors" {
+        for role in ["parcels", "buildings"] {
+            parts.rule(plan, role, role);
+        }
+    } else if !parts.lines.is_empty() {
+        parts.lines.push(format!("class: \"{class}\""));
+    }
+    if parts.lines.is_empty() {
+        return None;
+    }
+    let lines: String = parts.lines.iter().fold(String::new(), |lines, line| lines + "    " + &line[..] + ",\n");
+    Some((format!("//! {title}: saved from {city}.\n\npreset(#{{\n{lines}}});\n"), parts.left_out))
+}
+
+/// The lines of a preset, and what no preset can hold.
+#[derive(Default)]
+struct Parts {
+    lines: Vec<String>,
+    left_out: Vec<&'static str>,
+}
+
+impl Parts {
+    /// The rule of a role; whether there is one that can be written.
+    fn rule(&mut self, plan: &Plan, key: &'static str, role: &str) -> bool {
         match plan.rule_of(role) {
             Some(rule) if is_plain(rule) => {
-                let _ = writeln!(text, "    {key}: {},", of_rule(rule));
+                self.lines.push(format!("{key}: {}", of_rule(rule)));
+                return true;
             }
             // By place, or of several rules.
-            _ if plan.roles().iter().any(|(other, _)| other.starts_with(role)) => left_out.push(key),
+            _ if plan.roles().iter().any(|(other, _)| other.starts_with(role)) => self.left_out.push(key),
             _ => {}
         }
+        false
     }
-    let width = plan.minors.as_ref().and_then(script::StreetPlan::constant_width);
-    if let Some(width) = width.filter(|_| text.contains("    pattern:")) {
-        let _ = writeln!(text, "    width: {width},");
+
+    /// All that a plan says of the streets of a class, but where they grow: that is the city's.
+    fn streets(&mut self, plan: &Plan, streets: &StreetPlan, class: &str) {
+        if !self.rule(plan, "pattern", &format!("{class}.pattern")) {
+            return;
+        }
+        match &streets.constraints[..] {
+            [] => {}
+            [rule] if is_plain(rule) => self.lines.push(format!("constraints: {}", of_rule(rule))),
+            rules if rules.iter().all(is_plain) => {
+                let rules: Vec<String> = rules.iter().map(of_rule).collect();
+                self.lines.push(format!("constraints: [{}]", rules.join(", ")));
+            }
+            _ => self.left_out.push("constraints"),
+        }
+        if let Some(GoalPlan::Rule(_)) = streets.goals {
+            self.rule(plan, "goals", &format!("{class}.goals"));
+        }
+        match (streets.constant_width(), &streets.width) {
+            (Some(width), _) => self.lines.push(format!("width: {width}")),
+            (None, Some(_)) => self.left_out.push("width"),
+            (None, None) => {}
+        }
+        self.lines.extend(streets.reseed.map(|metres| format!("reseed: {metres}")));
+        self.lines.extend(streets.smooth.map(|smooth| format!("smooth: {smooth}")));
+        if !streets.sprout {
+            self.lines.push("sprout: false".into());
+        }
+        for (key, metres) in [("least_dead_end", streets.least_dead_end), ("least_network", streets.least_network)] {
+            if metres > 0.0 {
+                self.lines.push(format!("{key}: {metres}"));
+            }
+        }
     }
-    (text.len() > start).then(|| (text + "});\n", left_out))
 }
 
 /// Whether all values are the same everywhere.
@@ -105,12 +168,12 @@ mod tests {
     fn what_is_saved_can_be_laid_and_says_the_same() {
         let folder = tempfile::tempdir().unwrap();
         let loaded = city(folder.path());
-        let (path, left_out) = save(&loaded.plan, folder.path(), "my_own", "Town").unwrap();
+        let (path, left_out) = save(&loaded.plan, "minors", folder.path(), "my_own", "Town").unwrap();
         assert!(path.ends_with("presets/my_own.rhai") && left_out.is_empty());
         let again = load(folder.path(), None).unwrap();
         let preset = again.host.preset("my_own").unwrap();
         assert_eq!(preset.about(), "my own: saved from Town.");
-        for (key, role) in ROLES {
+        for (key, role) in [("pattern", "minors.pattern"), ("parcels", "parcels"), ("buildings", "buildings")] {
             let rules = preset.rules();
             let (_, saved) = rules.iter().find(|(name, _)| name == key).unwrap();
             let before = loaded.plan.rule_of(role).unwrap();
@@ -121,10 +184,57 @@ mod tests {
     }
 
     #[test]
+    fn what_is_saved_of_each_shipped_preset_grows_the_same_city() {
+        let folder = tempfile::tempdir().unwrap();
+        let script = r#"
+            city(#{
+                site: site(#{
+                    size: [600, 500],
+                    density: |x, y| 30000 * exp(-hypot(x - 230, y - 250) / 200),
+                    elevation: |x, y| 40 * exp(-(pow(x - 330, 2) + pow(y - 240, 2)) / 15000),
+                    land: |x, y| x > 60,
+                    parks: |x, y| hypot(x - 450, y - 300) < 40,
+                }),
+                given: [line([[100, 60], [560, 60], [560, 440], [100, 440], [100, 60]])],
+                majors: streets(#{ pattern: rule("streets/grid", #{ block_width: 250, block_length: 300 }) }),
+                minors: streets(#{ pattern: rule("streets/grid"), constraints: rule("constraints/standard", #{ snap: 12 }) }),
+                parcels: rule("parcels/recursive"),
+                buildings: rule("buildings/extruded"),
+            });
+        "#;
+        std::fs::write(folder.path().join("city.rhai"), script).unwrap();
+        let load = || city::load::load_as_written(folder.path(), None).unwrap();
+        let grown = |loaded: &city::Loaded| {
+            let sources = loaded.read().unwrap();
+            let built = city::build(&sources, city::Settings::default(), &city::Silent, &city::Cancel::default());
+            let mut bytes = Vec::new();
+            city::export::geojson::write_layout(&built.unwrap().city, &mut bytes).unwrap();
+            bytes
+        };
+        let (bare, names) = (load(), load().host.preset_names());
+        let before = grown(&bare);
+        let mut different = 0;
+        for name in names.iter().map(|name| name.trim_start_matches("presets/")) {
+            let mut laid = load();
+            let class = laid.host.preset(name).unwrap().class();
+            laid.lay(&format!("city={name}")).unwrap();
+            let own = format!("own_{name}");
+            let (_, left_out) = save(&laid.plan, class, folder.path(), &own, "Town").unwrap();
+            assert_eq!(left_out, Vec::<&str>::new(), "{name}");
+            let mut again = load();
+            again.lay(&format!("city={own}")).unwrap();
+            let expected = grown(&laid);
+            assert!(grown(&again) == expected, "{name}: {}", again.host.preset(&own).unwrap().path());
+            different += usize::from(expected != before);
+        }
+        assert!(names.len() > 10 && different > 10, "{} presets, {different} of which show", names.len());
+    }
+
+    #[test]
     fn nothing_is_written_over_and_names_are_held_to_their_form() {
         let folder = tempfile::tempdir().unwrap();
         let loaded = city(folder.path());
-        let save = |name: &str| super::save(&loaded.plan, folder.path(), name, "Town");
+        let save = |name: &str| super::save(&loaded.plan, "minors", folder.path(), name, "Town");
         save("twice").unwrap();
         assert!(save("twice").unwrap_err().contains("already"));
         for name in ["", "../up", "Großstadt", "1st", "a b", "a.rhai"] {

@@ -163,7 +163,11 @@ impl State {
             _ => std::borrow::Cow::Borrowed(plan),
         };
         let folder = &ready.as_written.folder;
-        self.message = Some(match preset_file::save(&there, folder, name, &ready.built.city.name) {
+        let class = match &self.target {
+            PresetTarget::Class(class) => class,
+            _ => "minors",
+        };
+        self.message = Some(match preset_file::save(&there, class, folder, name, &ready.built.city.name) {
             Ok((path, left_out)) if left_out.is_empty() => format!("Saved as {}", path.display()),
             Ok((path, left_out)) => {
                 format!(
