@@ -278,6 +278,11 @@ impl App {
             Action::Cancel => commands.push(Command::Cancel),
             Action::Fit => commands.push(Command::Fit),
             Action::FitAll => commands.push(Command::FitAll),
+            Action::Keep => {
+                let taken = self.state.bookmarks().iter().map(|view| view.name.clone()).collect::<Vec<_>>();
+                let free = (1..).map(|number| format!("View {number}")).find(|name| !taken.contains(name));
+                self.state.commands.extend(free.map(Command::KeepView));
+            }
             Action::Why => {
                 commands.push(Command::Ask);
                 self.bring_up(Pane::Inspector);

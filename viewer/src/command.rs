@@ -98,6 +98,10 @@ fn screenshot(arguments: &Arguments, city: &Path, out: &Path) -> Result<(), Fail
     if out.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
         return Err(usage(format!("--out: {} is no name of a PNG file\n  hint: end it in .png", out.display())));
     }
+    // Found out before the city is built.
+    if let Some(folder) = out.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        return Err(failed(&format!("--out: there is no folder {}", folder.display())));
+    }
     let camera = camera_of(arguments)?;
     let overlay = arguments.overlay.as_deref().map(overlay_of).transpose()?;
     let gpu = Gpu::headless().map_err(|error| failed(&error))?;

@@ -2,11 +2,16 @@
 
 use crate::panels::Pane;
 use crate::state::State;
+use crate::viewport::View;
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 /// The keys that go to views.
 pub(super) const DIGITS: [Key; 9] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+
+/// The keys that bring panels up, in the order of the menu.
+const PANEL_KEYS: [Key; 11] =
+    [Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8, Key::F9, Key::F10, Key::F11, Key::F12];
 
 const fn with_command(key: Key) -> KeyboardShortcut {
     KeyboardShortcut::new(Modifiers::COMMAND, key)
@@ -28,6 +33,8 @@ pub(super) enum Action {
     Cancel,
     Fit,
     FitAll,
+    /// Keeps where one looks from, by a name of its own.
+    Keep,
     Why,
     Palette,
     Larger,
@@ -46,12 +53,12 @@ impl Action {
     pub(super) const MENUS: [(&'static str, &'static [Self]); 5] = [
         ("File", &[Self::Open, Self::Save, Self::SaveAs, Self::Start, Self::Quit]),
         ("Edit", &[Self::Undo, Self::Redo, Self::ResetAll]),
-        ("View", &[Self::Fit, Self::FitAll, Self::Larger, Self::Smaller, Self::Restart]),
+        ("View", &[Self::Fit, Self::FitAll, Self::Keep, Self::Larger, Self::Smaller, Self::Restart]),
         (
             "Panels",
             &[
-                Self::Show(Pane::View(crate::viewport::View::Map)),
-                Self::Show(Pane::View(crate::viewport::View::Model)),
+                Self::Show(Pane::View(View::Map)),
+                Self::Show(Pane::View(View::Model)),
                 Self::Show(Pane::Presets),
                 Self::Show(Pane::Parameters),
                 Self::Show(Pane::Layers),
@@ -81,6 +88,7 @@ impl Action {
             Self::Cancel => "Give up building",
             Self::Fit => "Look at what is picked",
             Self::FitAll => "Look at the whole city",
+            Self::Keep => "Keep this view",
             Self::Why => "Why is this here?",
             Self::Palette => "All that can be done…",
             Self::Larger => "Larger",
@@ -102,13 +110,20 @@ impl Action {
             Self::Redo => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
             Self::Build => with_command(Key::B),
             Self::Fit => with_command(Key::F),
+            Self::Keep => with_command(Key::K),
             Self::FitAll => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::F),
             Self::Why => with_command(Key::I),
             Self::Palette => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P),
             Self::Larger => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Plus),
             Self::Smaller => KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Minus),
             Self::GoTo(index) => with_command(*DIGITS.get(index)?),
-            Self::ResetAll | Self::Cancel | Self::Restart | Self::Usual | Self::Start | Self::Show(_) => return None,
+            Self::Show(pane) => {
+                let panels = Pane::PANELS.into_iter();
+                let all = [View::Map, View::Model].map(Pane::View).into_iter().chain(panels);
+                let (_, key) = all.zip(PANEL_KEYS).find(|(other, _)| *other == pane)?;
+                KeyboardShortcut::new(Modifiers::NONE, key)
+            }
+            Self::ResetAll | Self::Cancel | Self::Restart | Self::Usual | Self::Start => return None,
         })
     }
 
@@ -122,7 +137,7 @@ impl Action {
             Self::Undo => state.history.to_undo().is_some(),
             Self::Redo => state.history.to_redo().is_some(),
             Self::Build | Self::Start => state.city.is_some(),
-            Self::FitAll | Self::SaveAs => state.ready.is_some(),
+            Self::FitAll | Self::SaveAs | Self::Keep => state.ready.is_some(),
             Self::ResetAll => {
                 let now = state.history.now();
                 now.seed.is_some() || now.values().next().is_some()

@@ -13,10 +13,13 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     let timeline = &mut state.timeline;
     ui.horizontal_wrapped(|ui| {
         let words = if timeline.plays() { "Pause" } else { "Play" };
-        if ui.button(words).on_hover_text("Shows on the map how the streets grew").clicked() {
+        // As wide for both words: what stands beside it is not to move under the hand.
+        let button = eframe::egui::Button::new(words).min_size([56.0, 0.0].into());
+        if ui.add(button).on_hover_text("Shows on the map how the streets grew").clicked() {
             timeline.play(!timeline.plays());
         }
-        if ui.add_enabled(timeline.moment.is_some(), eframe::egui::Button::new("Finished city")).clicked() {
+        let is_left = timeline.moment.is_none() && !timeline.is_busy();
+        if ui.add_enabled(!is_left, eframe::egui::Button::new("Finished city")).clicked() {
             timeline.leave();
         }
         if timeline.is_busy() && timeline.moment.is_none() {

@@ -288,6 +288,14 @@ fn layers_are_switched_on_and_off_and_views_are_kept() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     settle(&mut window);
     assert_eq!(window.state().state().views.map.camera, there);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::K);
+    settle(&mut window);
+    assert_eq!(window.state().state().bookmarks().last().map(|view| &view.name[..]), Some("View 1"));
+    click(&mut window, "Forget View 1");
+    // Panels come up by keys.
+    window.key_press(Key::F11);
+    settle(&mut window);
+    assert!(window.query_by_role_and_label(Role::Button, "Run").is_some());
     click(&mut window, "Forget Here");
     assert!(window.state().state().bookmarks().is_empty());
 }
