@@ -1,7 +1,7 @@
 //! What can be found wrong in rules and city scripts without building.
 
 use crate::ChangesError;
-use crate::load::{LoadError, RuleFolder, load, read_script};
+use crate::load::{LoadError, RuleFolder, load, read_script, script_hint};
 use crate::testing::is_tests;
 use script::{Fault, Host, Library, RuleKind, Source, Texts};
 use std::collections::BTreeSet;
@@ -23,10 +23,22 @@ pub struct Checked {
 /// Checks a rule, a city script with the rules it names and the maps it reads, or all scripts below a folder.
 ///
 /// # Errors
-/// [`LoadError::Missing`] when there is nothing to check there, [`LoadError::Unreadable`] for what is no text.
+/// [`LoadError::Missing`] when there is nothing to check there, [`LoadError::Unreadable`] for a file alone that is no text; below
+/// a folder it is a fault like others.
 pub fn check(path: &Path, rules: Option<&Path>) -> Result<Checked, LoadError> {
-    let scripts = scripts_below(path)?;
     let mut checked = Checked::default();
+    let mut scripts = Vec::new();
+    for file in files_below(path)? {
+        match read_script(&file) {
+            Ok(text) => scripts.push((file, text)),
+            Err(cause) if file == path => return Err(LoadError::Unreadable { path: file, cause }),
+            Err(cause) => {
+                let fault = Fault::new(file.display().to_string(), cause.to_string());
+                checked.faults.push(fault.with_hint(Some(script_hint(&cause).to_owned())));
+                checked.files += 1;
+            }
+        }
+    }
     // Rules of a city are told with it.
     let mut seen = BTreeSet::new();
     let (cities, others): (Vec<_>, Vec<_>) = scripts.into_iter().partition(|(path, text)| is_city(path, text));
@@ -40,7 +52,7 @@ pub fn check(path: &Path, rules: Option<&Path>) -> Result<Checked, LoadError> {
         checked.faults.extend(faults.into_iter().filter(|fault| seen.insert(key(fault))));
         checked.texts.keep_all(host.texts());
     }
-    checked.files = cities.len() + others.len();
+    checked.files += cities.len() + others.len();
     Ok(checked)
 }
 
@@ -92,6 +104,10 @@ fn in_city(script: &Path, error: &LoadError) -> Fault {
 
 /// The scripts to check with their texts, in the order of their paths.
 pub(crate) fn scripts_below(path: &Path) -> Result<Vec<(PathBuf, String)>, LoadError> {
+    files_below(path)?.into_iter().map(|file| read(&file).map(|text| (file, text))).collect()
+}
+
+fn files_below(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
     let missing = |message: String| LoadError::Missing {
         path: path.to_path_buf(),
         message,
@@ -109,7 +125,7 @@ pub(crate) fn scripts_below(path: &Path) -> Result<Vec<(PathBuf, String)>, LoadE
         return Err(missing("there is no such file or folder".into()));
     }
     files.sort();
-    files.into_iter().map(|file| read(&file).map(|text| (file, text))).collect()
+    Ok(files)
 }
 
 /// Folders nested deeper than this are not looked into.
@@ -134,7 +150,7 @@ fn is_script(name: &str) -> bool {
 }
 
 fn read(path: &Path) -> Result<String, LoadError> {
-    read_script(path).map_err(|error| LoadError::Unreadable { path: path.to_path_buf(), message: error.to_string() })
+    read_script(path).map_err(|cause| LoadError::Unreadable { path: path.to_path_buf(), cause })
 }
 
 /// Whether a script is a city's rather than a rule.

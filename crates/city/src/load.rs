@@ -36,12 +36,12 @@ pub enum LoadError {
         hint: String,
     },
     /// The script is there, but is no text or cannot be read.
-    #[error("{}: {message}\n  hint: a city script is UTF-8 text, as in scripts/lattice/city.rhai", path.display())]
+    #[error("{}: {cause}\n  hint: {}", path.display(), script_hint(cause))]
     Unreadable {
         /// The script.
         path: PathBuf,
         /// What is wrong with it.
-        message: String,
+        cause: std::io::Error,
     },
     /// The script failed, or a rule that it names; what stopped it comes first.
     #[error("{}", faults.first().map(ToString::to_string).unwrap_or_default())]
@@ -185,10 +185,21 @@ pub(crate) fn read_script(path: &Path) -> std::io::Result<String> {
     fs::read_to_string(path).map(|text| text.trim_start_matches('\u{feff}').to_owned())
 }
 
+/// What to do about a script that cannot be read.
+pub(crate) fn script_hint(cause: &std::io::Error) -> &'static str {
+    match cause.kind() {
+        std::io::ErrorKind::InvalidData => "scripts are UTF-8 text, as scripts/lattice/city.rhai is",
+        std::io::ErrorKind::NotFound => "it is a link to a file that is not there",
+        std::io::ErrorKind::PermissionDenied => "the rights of the file let this user not read it",
+        _ => "scripts are files of text that can be read",
+    }
+}
+
 fn missing(city: &Path, script: &Path, error: &std::io::Error) -> LoadError {
     let is_absent = error.kind() == std::io::ErrorKind::NotFound;
     if !is_absent && script.is_file() {
-        return LoadError::Unreadable { path: script.to_path_buf(), message: error.to_string() };
+        let cause = std::io::Error::new(error.kind(), error.to_string());
+        return LoadError::Unreadable { path: script.to_path_buf(), cause };
     }
     let message = match (is_absent, city.exists()) {
         (true, true) => "there is no city.rhai in this folder".to_owned(),

@@ -255,7 +255,7 @@ impl Report {
         self.warnings.extend(warnings);
     }
 
-    pub(crate) fn finish(&mut self, city: &City, faults: &Faults, trimmed: i128, open: usize) {
+    pub(crate) fn finish(&mut self, city: &City, plan: &Plan, faults: &Faults, trimmed: i128, open: usize) {
         self.counts = BTreeMap::from([
             ("nodes", city.graph.node_count()),
             ("segments", city.graph.segment_count()),
@@ -276,7 +276,36 @@ impl Report {
         if city.blocks.is_empty() {
             self.warn("no streets close a block, so there is no land to divide".into());
         }
-        self.faults.extend(faults.sorted().iter().map(FaultReport::from));
+        let sorted = faults.sorted();
+        let told = sorted.iter().filter(|fault| !is_in_place(city, plan, fault));
+        self.faults.extend(told.map(FaultReport::from));
+    }
+}
+
+/// Whether a warning that a rule does nothing was meant of some quarters alone: in others it does something. Each quarter grows by
+/// itself and knows nothing of the others.
+fn is_in_place(city: &City, plan: &Plan, fault: &Fault) -> bool {
+    let has_file = |name: &str| {
+        let file = format!("{name}.rhai");
+        fault.file == file || fault.file.ends_with(&format!("/{file}"))
+    };
+    match fault.message.as_str() {
+        script::PROPOSES_NOTHING => {
+            city.runs.iter().any(|run| city.origins.get(usize::from(run.origin)).is_some_and(|name| has_file(name)))
+        }
+        script::REFUSES_ALL => {
+            let keeps_to = |class: &str| {
+                let roles = plan.roles();
+                let mut own = roles.iter().filter(|(role, _)| role.starts_with(&format!("{class}.constraints")));
+                own.any(|(_, rule)| rule.path() == fault.file)
+            };
+            let by_rule = |run: &&streets::runs::Run| {
+                city.origins.get(usize::from(run.origin)).is_some_and(|name| name.starts_with("streets/"))
+            };
+            let class = |run: &streets::runs::Run| format!("{}s", city.graph.classes().info(run.class).name);
+            city.runs.iter().filter(by_rule).any(|run| keeps_to(&class(run)))
+        }
+        _ => false,
     }
 }
 

@@ -12,7 +12,7 @@ use city::{
     PresetError, Report, Settings, Sources, Trace, build_with, export, load, with_threads,
 };
 use geom::Vec2;
-use script::Texts;
+use script::{Fault, Texts};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -74,7 +74,7 @@ fn build_and_write(arguments: &BuildArguments, cache: &Cache, bars: &Bars) -> Re
     tell_loaded(arguments, &loaded);
     export::prepare(&arguments.out).map_err(|error| failed(&error))?;
     let sources = sources(arguments, &loaded, cache)?;
-    let built = built(arguments, &sources, cache, bars, &cancel)?;
+    let built = built(arguments, &sources, cache, bars, &cancel).map_err(|error| unbuilt(error, &loaded))?;
     let written = write(arguments, &built, cache, bars, &cancel)?;
     if let Some(id) = &arguments.trace {
         print!("{}", traced(id, &arguments.out, &sources, &built)?);
@@ -125,17 +125,29 @@ fn built(
     cache: &Cache,
     bars: &Bars,
     cancel: &Cancel,
-) -> Result<Built, Failure> {
+) -> Result<Built, BuildError> {
     let settings = Settings {
         threads: usize::from(arguments.threads),
         until: arguments.until,
         traces: !arguments.steps.is_empty() || arguments.trace.is_some(),
         within: None,
     };
-    build_with(sources, settings, cache, bars, cancel).map_err(|error| match error {
-        BuildError::Cancelled => Failure::new(Status::Interrupted, error.to_string()),
-        other => failed(&other),
-    })
+    build_with(sources, settings, cache, bars, cancel)
+}
+
+/// Why there is no city, as a failure: what went wrong in rules with its place, and then what that led to.
+fn unbuilt(error: BuildError, loaded: &Loaded) -> Failure {
+    let faults = match &error {
+        BuildError::Cancelled => return Failure::new(Status::Interrupted, error.to_string()),
+        BuildError::Fault(fault) => vec![FaultReport::from(&**fault)],
+        BuildError::Nothing { faults, reason, hint } if !faults.is_empty() => {
+            let message = format!("there is nothing to build: {reason}");
+            let led_to = Fault::new(loaded.script.display().to_string(), message).with_hint(Some(hint.clone()));
+            faults.iter().map(FaultReport::from).chain([FaultReport::from(&led_to)]).collect()
+        }
+        BuildError::Nothing { .. } | BuildError::Threads(_) => return failed(&error),
+    };
+    Failure::of_scripts(Status::Failed, faults, loaded.texts.clone())
 }
 
 /// Writes a city, its report and what else the command line asks for.

@@ -163,6 +163,54 @@ fn a_rule_that_fails_before_anything_grows_is_named() {
     );
     place.write("streets/own.rhai", b"fn propose(tip, p) {\n    loop { }\n}\n");
     place.expect(3, &["own.rhai:2:", "endless loop", "nothing to build"]);
+    // Each fault with its line, its calls and its place, for people and for programs.
+    let rule = b"fn helper(tip) {\n    tip.branch_left(\"80\");\n}\nfn propose(tip, p) {\n    helper(tip);\n}\n";
+    place.write("streets/own.rhai", rule);
+    place.expect(
+        3,
+        &[
+            "own.rhai:2:",
+            "tip.branch_left(\"80\")",
+            "^^^^",
+            "`helper` is called here",
+            "nothing to build",
+            "nothing was written",
+        ],
+    );
+    let told = place.plat(&["--json"]);
+    let error: serde_json::Value = serde_json::from_slice(&told.stdout).expect("one JSON value");
+    let faults = error["error"]["faults"].as_array().expect("faults");
+    let first = &faults[0];
+    assert_eq!((first["line"].as_u64(), faults.len()), (Some(2), 2), "{error}");
+    assert!(
+        first["count"].as_u64() > Some(1) && first["calls"].as_array().is_some_and(|calls| !calls.is_empty()),
+        "{first}"
+    );
+}
+
+#[test]
+fn a_rule_that_rests_in_some_quarters_is_not_said_to_propose_nothing() {
+    let script = r#"
+        city(#{
+            site: site(#{ size: [1000, 1000], zones: |x, y| if x < 500 { 1 } else { 0 } }),
+            given: [line([[10, 10], [990, 10], [990, 990], [10, 990], [10, 10]]), line([[500, 10], [500, 990]])],
+            minors: streets(#{ pattern: rule("streets/own") }),
+        });
+    "#;
+    let rule = |least: &str| {
+        format!(
+            "fn propose(tip, p) {{\n    if tip.map(\"zones\") > {least} {{\n        tip.ahead(60);\n        tip.branch_left(60);\n        \
+             tip.branch_right(60);\n    }}\n}}\n"
+        )
+    };
+    let warning = "this rule proposes nothing, anywhere";
+    for (least, is_told) in [("0.5", false), ("5", true)] {
+        let place = Place::new(script);
+        place.write("streets/own.rhai", rule(least).as_bytes());
+        let output = place.plat(&[]);
+        let told = String::from_utf8_lossy(&output.stderr).contains(warning);
+        assert_eq!((output.status.code(), told), (Some(0), is_told), "{}", String::from_utf8_lossy(&output.stderr));
+    }
 }
 
 #[test]

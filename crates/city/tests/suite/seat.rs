@@ -57,6 +57,23 @@ fn new_things_are_sound_and_work() {
 }
 
 #[test]
+fn what_cannot_be_read_hides_nothing_else() {
+    let place = place(&[]);
+    write(place.path(), "all/streets/one.rhai", "fn propose(tip, p) { tip.ahaed(80); }\n");
+    write(place.path(), "all/streets/two.rhai", "fn propose(tip, p) {\n    tip.ahead(80;\n}\n");
+    fs::write(place.path().join("all/streets/bytes.rhai"), [0xff, 0xfe, 0x00]).expect("a file");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("nowhere.rhai", place.path().join("all/streets/link.rhai")).expect("a link");
+    let report = json(place.path(), &["check", "all", "--json"], 1);
+    let told = spots(&report).join(" ");
+    for file in ["one.rhai:1:", "two.rhai:2:", "bytes.rhai:0:", "link.rhai:0:"] {
+        assert!(told.contains(file) || (cfg!(not(unix)) && file.starts_with("link")), "{file}: {told}");
+    }
+    let hints = report.to_string();
+    assert!(hints.contains("UTF-8 text") && hints.contains("link to a file that is not there"), "{hints}");
+}
+
+#[test]
 fn new_never_writes_over_and_takes_plain_names_only() {
     let place = place(&[]);
     expect(place.path(), &["new", "rule", "streets", "mine"], 0);

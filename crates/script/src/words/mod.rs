@@ -18,9 +18,9 @@ pub(crate) use chain::chain_of;
 pub use ground::{BareGround, Ground, StreetSide};
 pub(crate) use once::{density, goal_of};
 pub use parcel::{AssignPattern, Assigned};
-pub use segment::ConstraintPattern;
+pub use segment::{ConstraintPattern, REFUSES_ALL};
 pub use shape::{BuildingChoice, BuildingPattern, ShapeContext};
-pub use tip::StreetPattern;
+pub use tip::{PROPOSES_NOTHING, StreetPattern};
 
 use crate::fault::{Complaint, Refusal};
 use crate::host::Handle;

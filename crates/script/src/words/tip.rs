@@ -15,6 +15,10 @@ use std::sync::Arc;
 use streets::Classes;
 use streets::growth::{GrowthRules, Rings, Slot, Slots, Steer, Tip};
 
+/// What is told of a rule that proposes nothing where it is asked: in a class of streets, or in a quarter. Where it grows streets
+/// elsewhere that is no mistake.
+pub const PROPOSES_NOTHING: &str = "this rule proposes nothing, anywhere";
+
 /// A street pattern that a rule decides: what the growth kernel calls.
 pub struct StreetPattern {
     caller: Caller<Growing>,
@@ -28,7 +32,7 @@ impl Drop for StreetPattern {
     /// At the end of the stage it is known whether the rule proposed anything.
     fn drop(&mut self) {
         let hint = "fill a slot: tip.ahead(80), tip.branch_left(80), tip.branch_right(80) or tip.fork(80, 80)";
-        self.tally.warn(self.rule(), RuleKind::Streets, "this rule proposes nothing, anywhere", hint, &self.faults);
+        self.tally.warn(self.rule(), RuleKind::Streets, PROPOSES_NOTHING, hint, &self.faults);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     Bars, BuildArguments, Failure, Status, Written, built, cache_of, loaded, sources, tell, tell_loaded, tell_problems,
-    write,
+    unbuilt, write,
 };
 use city::watch::WatchError;
 use city::{Cache, Cancel, Loaded, Watch, export};
@@ -210,7 +210,7 @@ impl Session<'_> {
         self.interrupt.ends(&cancel);
         let (cache, bars) = (&self.cache, &self.bars);
         let written = watch.during(&cancel, || {
-            let built = built(arguments, &sources, cache, bars, &cancel)?;
+            let built = built(arguments, &sources, cache, bars, &cancel).map_err(|error| unbuilt(error, loaded))?;
             if built.report.has_faults() && self.is_good {
                 let faults = built.report.faults;
                 return Err(Failure::of_scripts(Status::Faults, faults, loaded.texts.clone()));
