@@ -119,9 +119,15 @@ impl Grid {
     }
 }
 
-/// The complaint about a function that takes no place; any other error as it is.
+/// The complaint about a function that takes no place, or never ends; any other error as it is.
 fn miscounted(name: &str, error: Refusal) -> Refusal {
     match &*error {
+        // It stays what no script can catch; what it says is told from here, for the loop's own place is not known.
+        EvalAltResult::ErrorTerminated(_, at) => {
+            let message = format!("the map `{name}` was stopped after {DRAWING} operations");
+            let complaint = Complaint::new(message).hint("is there an endless loop in its function?").key(name);
+            EvalAltResult::ErrorTerminated(Dynamic::from(complaint), *at).into()
+        }
         EvalAltResult::ErrorFunctionNotFound(called, _) if called.starts_with("anon$") => {
             let message = format!("the map `{name}` is drawn by a function of x and y");
             Complaint::new(message).hint(format!("{name}: |x, y| 100 * x")).key(name).into()

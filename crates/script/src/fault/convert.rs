@@ -127,6 +127,7 @@ fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, spot: &Spot) -> Wor
         E::ErrorVariableNotFound(name, _) => unknown_variable(&name, diagnosis, file),
         E::ErrorPropertyNotFound(name, _) => Complaint::new(format!("there is no `{name}` in this map")),
         E::ErrorDotExpr(message, _) => unknown_property(&message, diagnosis.vocabulary),
+        E::ErrorTerminated(token, _) if token.is::<Complaint>() => token.cast(),
         E::ErrorTerminated(..) => {
             let limit = diagnosis.operations;
             Complaint::new(format!("stopped after {limit} operations")).hint("is there an endless loop?")
