@@ -139,6 +139,53 @@ pub struct Rule {
     params: ParamSet,
 }
 
+/// What is wrong in a script whatever it comes to when it runs: calls with the wrong number of arguments, options and properties
+/// that do not exist.
+fn without_running(ast: &AST, path: &str, texts: &Texts, vocabulary: &Vocabulary) -> Vec<Fault> {
+    let mut faults = miscounted_calls(ast, path, vocabulary);
+    faults.extend(unknown_options(ast, path, &texts.get(path).unwrap_or_default(), vocabulary));
+    faults.extend(misasked(ast, path, vocabulary));
+    faults
+}
+
+/// All that can be seen in a script that cannot be loaded, besides what keeps it from that.
+fn seen(ast: &AST, path: &str, around: &Surroundings, vocabulary: &Vocabulary) -> Vec<Fault> {
+    let mut faults = unknown_words(ast, path, vocabulary);
+    faults.extend(without_running(ast, path, &around.texts, vocabulary));
+    faults.sort_by_key(|fault| (fault.line, fault.column));
+    faults.into_iter().map(|fault| fault.measured(&around.texts)).collect()
+}
+
+/// Adds what was seen to what is known, each place once.
+fn add_seen(faults: &mut Vec<Fault>, seen: Vec<Fault>) {
+    for fault in seen {
+        if faults.iter().all(|known| (known.line, known.column) != (fault.line, fault.column)) {
+            faults.push(fault);
+        }
+    }
+}
+
+/// What is asked of `tip`, `block` and their like that they do not have: in the functions that rules consist of, and in others
+/// with an argument of that name.
+fn misasked(ast: &AST, path: &str, vocabulary: &Vocabulary) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for function in ast.iter_functions() {
+        let Some(body) = ast.shared_lib().get_script_fn(function.name, function.params.len()) else { continue };
+        for kind in RuleKind::ALL {
+            let variable = kind.arguments()[0];
+            let known: BTreeSet<&str> = vocabulary.properties_of(variable).collect();
+            // What `p` has is known by the rule, not by its type.
+            if variable != "p" && function.params.contains(&variable) && !known.is_empty() {
+                let (from, to) = (body.body.start_position(), body.body.end_position());
+                faults.extend(unknown_properties(&statements_between(ast, from, to), variable, &known, path));
+            }
+        }
+    }
+    faults.sort_by_key(|fault| (fault.line, fault.column));
+    faults.dedup();
+    faults
+}
+
 impl fmt::Debug for Rule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // What it does is told as a digest: texts are long.
@@ -162,8 +209,8 @@ impl Rule {
         Err(decides_nothing(self.path(), format!("a rule has one of the functions {forms}")))
     }
 
-    /// Loads any script of a library, a rule or not, with everything that is wrong: at least one fault, in the order of
-    /// the text.
+    /// Loads any script of a library, a rule or not, with everything that is wrong: at least one fault. What keeps it from being
+    /// loaded comes first, in the order of the text.
     pub(crate) fn examine(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Vec<Fault>> {
         around.texts.keep(source);
         let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
@@ -174,7 +221,19 @@ impl Rule {
         listen(&mut engine, notes.clone());
         let marks = Marks::default();
         register_marks(&mut engine, &marks);
-        let ast = compile(&engine, source, around).map_err(|fault| vec![fault])?;
+        let ast = match compile(&engine, source, around) {
+            Ok(ast) => ast,
+            Err(fault) => {
+                // Where it is no more than a variable that nobody knows, the rest of the text can be looked at without it.
+                engine.set_strict_variables(false);
+                let Ok(ast) = compile(&engine, source, around) else { return Err(vec![fault]) };
+                Params::register(&mut engine, &declared.seal());
+                let vocabulary = Vocabulary::of(&engine, &ast);
+                let mut faults = vec![fault];
+                add_seen(&mut faults, seen(&ast, &source.path, around, &vocabulary));
+                return Err(faults);
+            }
+        };
         let ast = counted(ast, &mut engine, source, around).map_err(|fault| vec![fault])?;
         let outcome = evaluate(&engine, &ast, source, around);
         let outcome = outcome.and_then(|state| Ok((state, kinds_of(&ast, source)?)));
@@ -185,11 +244,13 @@ impl Rule {
         let mut faults: Vec<Fault> = unknown.map(|fault| fault.measured(&around.texts)).collect();
         let (state, kinds) = match outcome {
             Ok(found) if faults.is_empty() => found,
-            Ok(_) => return Err(faults),
-            Err(fault) => {
-                faults.retain(|other| (other.line, other.column) != (fault.line, fault.column));
-                faults.push(fault);
-                faults.sort_by_key(|fault| (fault.line, fault.column));
+            told => {
+                if let Err(fault) = told {
+                    faults.retain(|other| (other.line, other.column) != (fault.line, fault.column));
+                    faults.push(fault);
+                    faults.sort_by_key(|fault| (fault.line, fault.column));
+                }
+                add_seen(&mut faults, seen(&ast, &source.path, around, &vocabulary));
                 return Err(faults);
             }
         };
@@ -217,7 +278,7 @@ impl Rule {
     /// parameters that are asked for and not declared; as warnings, parameters that nothing asks for.
     pub(crate) fn doubts(&self) -> Vec<Fault> {
         let RuleFile { ast, path, texts, vocabulary, .. } = &*self.file;
-        let mut faults = miscounted_calls(ast, path, vocabulary);
+        let mut faults = without_running(ast, path, texts, vocabulary);
         let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
         for kind in self.kinds() {
             let entry = self.entry(*kind);
@@ -225,33 +286,9 @@ impl Rule {
                 faults.extend(undeclared(body.statements(), variable, &declared, path));
             }
         }
-        faults.extend(unknown_options(ast, path, &texts.get(path).unwrap_or_default(), vocabulary));
-        faults.extend(self.unknown_properties());
         faults.extend(self.unused());
         faults.sort_by_key(|fault| (fault.line, fault.column));
         faults.into_iter().map(|fault| fault.measured(texts)).collect()
-    }
-
-    /// What is asked of `tip`, `block` and their like that they do not have: in the functions that rules consist of, and in
-    /// others with an argument of that name.
-    fn unknown_properties(&self) -> Vec<Fault> {
-        let RuleFile { ast, path, vocabulary, .. } = &*self.file;
-        let mut faults = Vec::new();
-        for function in ast.iter_functions() {
-            let Some(body) = ast.shared_lib().get_script_fn(function.name, function.params.len()) else { continue };
-            for kind in RuleKind::ALL {
-                let variable = kind.arguments()[0];
-                let known: BTreeSet<&str> = vocabulary.properties_of(variable).collect();
-                // What `p` has is known by the rule, not by its type.
-                if variable != "p" && function.params.contains(&variable) && !known.is_empty() {
-                    let (from, to) = (body.body.start_position(), body.body.end_position());
-                    faults.extend(unknown_properties(&statements_between(ast, from, to), variable, &known, path));
-                }
-            }
-        }
-        faults.sort_by_key(|fault| (fault.line, fault.column));
-        faults.dedup();
-        faults
     }
 
     /// Warnings of parameters that nothing asks for.

@@ -57,6 +57,25 @@ fn new_things_are_sound_and_work() {
 }
 
 #[test]
+fn one_mistake_hides_no_other_in_the_same_file() {
+    let place = place(&[]);
+    let rule = "params(#{ most: number(3).range(1, 9).about(\"Most\") });\n\
+                fn propose(tip, p) {\n    tip.ahaed(80);\n    let a = hypot(1);\n    let b = tip.headng;\n    \
+                tip.ahead(a + b + p.most);\n}\n";
+    write(place.path(), "own/streets/one.rhai", rule);
+    let told = |status| spots(&json(place.path(), &["check", "own", "--json"], status)).join(" ");
+    let all = ["one.rhai:3:", "one.rhai:4:", "one.rhai:5:"];
+    assert!(all.iter().all(|at| told(1).contains(at)), "{}", told(1));
+    // Neither a parameter that cannot be declared nor a variable that nobody knows hides what is below.
+    for broken in [rule.replace("number(3)", "number(33)"), rule.replace("a + b", "a + b + c")] {
+        write(place.path(), "own/streets/one.rhai", &broken);
+        assert!(all.iter().all(|at| told(1).contains(at)), "{}", told(1));
+        let first = if broken.contains("number(33)") { "one.rhai:1:" } else { "one.rhai:6:" };
+        assert!(told(1).contains(first), "{first}: {}", told(1));
+    }
+}
+
+#[test]
 fn what_cannot_be_read_hides_nothing_else() {
     let place = place(&[]);
     write(place.path(), "all/streets/one.rhai", "fn propose(tip, p) { tip.ahaed(80); }\n");
