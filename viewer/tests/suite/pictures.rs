@@ -176,6 +176,17 @@ fn options_layers_colours_and_overlays_look_as_they_did() {
         let mut without_ground = small(map);
         without_ground.layers.ground = false;
         maps.push(without_ground);
+        let parts: [fn(&mut viewer::shown::Layers); 2] = [|layers| layers.water = false, |layers| layers.parks = false];
+        maps.extend(parts.into_iter().map(|change| {
+            let mut wish = small(map);
+            change(&mut wish.layers);
+            wish
+        }));
+        maps.extend(built.city.graph.classes().iter().map(|(_, class)| {
+            let mut wish = small(map);
+            wish.layers.classes_off = [class.name.clone()].into();
+            wish
+        }));
         maps.extend(overlays(map));
         let draw = |wish: &Picture| of_scene(&gpu, &scene, &built.city, wish).unwrap();
         let mut drawn: Vec<RgbaImage> = maps.iter().map(draw).collect();
