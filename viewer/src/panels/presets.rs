@@ -31,8 +31,9 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         ui.add(TextEdit::singleline(&mut state.filters.preset_name).desired_width(90.0)).labelled_by(label.id);
         let name = state.filters.preset_name.trim().to_owned();
         let button = ui.add_enabled(!name.is_empty(), Button::new("Save as preset"));
-        if button.on_hover_text("Rules and values in force where presets are laid: of minors with parcels and buildings, or of the class that is \
-                    chosen; into the city's folder").clicked() {
+        let help = "Rules and values in force where presets are laid: of minors with parcels and buildings, or of the class that \
+                    is chosen; into the city's folder";
+        if button.on_hover_text(help).clicked() {
             state.commands.push(Command::SavePreset(name));
         }
     });
