@@ -50,11 +50,13 @@ pub fn copy_city(script: &Path, to: &Path, changes: Option<&str>) -> Result<Path
     if !is_free {
         return Err(CopyError::Taken(to.to_path_buf()));
     }
-    fs::create_dir_all(&above).map_err(at(&above))?;
+    // As far as there is something: nothing is made in the city to find that out.
+    let there = above.ancestors().find(|path| path.exists()).unwrap_or(Path::new("."));
     let real = |path: &Path| path.canonicalize().map_err(at(path));
-    if real(&above)?.starts_with(real(&folder)?) {
+    if real(there)?.starts_with(real(&folder)?) {
         return Err(CopyError::Inside(to.to_path_buf()));
     }
+    fs::create_dir_all(&above).map_err(at(&above))?;
     // Beside its place, then into it: a copy that is cut off is none.
     let unfinished =
         tempfile::Builder::new().prefix(crate::export::UNFINISHED).tempdir_in(&above).map_err(at(&above))?;
@@ -139,7 +141,10 @@ mod tests {
         let wrong = |to: &Path| copy_city(&script, to, None).unwrap_err();
         assert!(matches!(wrong(&city), CopyError::Taken(_)));
         assert!(matches!(wrong(&city.join("inner")), CopyError::Inside(_)));
-        assert!(matches!(wrong(&city.join("city.rhai/below")), CopyError::Files { .. }));
+        assert!(matches!(wrong(&city.join("inner/deeper")), CopyError::Inside(_)) && !city.join("inner").exists());
+        fs::write(folder.path().join("file"), "").unwrap();
+        assert!(matches!(wrong(&folder.path().join("file/below")), CopyError::Files { .. }));
+        fs::remove_file(folder.path().join("file")).unwrap();
         assert_eq!(listing(), ["town"]);
         #[cfg(unix)]
         {

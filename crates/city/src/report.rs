@@ -6,6 +6,8 @@ use script::{Call, Fault, Faults, Plan, Severity};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog, Refused};
+use streets::runs::Run;
+use streets::{Class, Classes};
 
 /// The report of one build; `report.json` holds it. The same for the same city: no times, no paths but how one
 /// gets from the report to the city.
@@ -294,16 +296,16 @@ fn is_in_place(city: &City, plan: &Plan, fault: &Fault) -> bool {
             city.runs.iter().any(|run| city.origins.get(usize::from(run.origin)).is_some_and(|name| has_file(name)))
         }
         script::REFUSES_ALL => {
-            let keeps_to = |class: &str| {
-                let roles = plan.roles();
-                let mut own = roles.iter().filter(|(role, _)| role.starts_with(&format!("{class}.constraints")));
-                own.any(|(_, rule)| rule.path() == fault.file)
-            };
-            let by_rule = |run: &&streets::runs::Run| {
-                city.origins.get(usize::from(run.origin)).is_some_and(|name| name.starts_with("streets/"))
-            };
-            let class = |run: &streets::runs::Run| format!("{}s", city.graph.classes().info(run.class).name);
-            city.runs.iter().filter(by_rule).any(|run| keeps_to(&class(run)))
+            let classes = [("highways", Classes::HIGHWAY), ("majors", Classes::MAJOR), ("minors", Classes::MINOR)];
+            let roles = plan.roles();
+            let asked: Vec<&str> =
+                roles.iter().filter(|(_, rule)| rule.path() == fault.file).map(|(role, _)| &role[..]).collect();
+            let is_of = |class: &str| asked.iter().any(|role| role.starts_with(&format!("{class}.constraints")));
+            let kept: Vec<Class> =
+                classes.into_iter().filter(|(name, _)| is_of(name)).map(|(_, class)| class).collect();
+            // Given and imported streets were asked nothing.
+            let is_grown = |run: &Run| city.origins.get(usize::from(run.origin)).is_some_and(|rule| rule.contains('/'));
+            city.runs.iter().any(|run| kept.contains(&run.class) && is_grown(run))
         }
         _ => false,
     }

@@ -13,12 +13,27 @@ use viewer::panels::parameters::has_slider;
 use viewer::scene::{Element, ElementKind, LayerKind};
 use viewer::state::Command;
 
-#[test]
-fn a_city_is_changed_undone_saved_and_opened_again() {
+/// A copy of a shipped city, open in a window; the folder goes with what is returned first.
+fn opened(name: &str) -> (tempfile::TempDir, std::path::PathBuf, Harness<'static, App>) {
     let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
+    let city = copy_of(name, folder.path());
     let mut window = window();
     open(&mut window, &city);
+    (folder, city, window)
+}
+
+/// Breaks a city's script, and waits until that is told. Returns the script, and its text as it was.
+fn break_script(window: &mut Harness<App>, city: &std::path::Path) -> (std::path::PathBuf, String) {
+    let script = city.join("city.rhai");
+    let text = fs::read_to_string(&script).unwrap();
+    fs::write(&script, format!("{text}\nlet broken = ;\n")).unwrap();
+    wait_for(window, "a broken script", |app| app.state().failure.is_some());
+    (script, text)
+}
+
+#[test]
+fn a_city_is_changed_undone_saved_and_opened_again() {
+    let (_folder, city, mut window) = opened("lattice");
     let at_first = shown(&window);
     assert_eq!(at_first, headless(&city, &[]));
 
@@ -84,15 +99,9 @@ fn a_city_is_changed_undone_saved_and_opened_again() {
 
 #[test]
 fn a_broken_rule_is_told_and_keeps_the_city() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, city, mut window) = opened("lattice");
     let before = shown(&window);
-    let script = city.join("city.rhai");
-    let text = fs::read_to_string(&script).unwrap();
-    fs::write(&script, format!("{text}\nlet broken = ;\n")).unwrap();
-    wait_for(&mut window, "a broken script", |app| app.state().failure.is_some());
+    let (script, text) = break_script(&mut window, &city);
     assert_eq!(shown(&window), before);
     window.get_by_label("Problems (1)").click();
     window.run_steps(3);
@@ -106,10 +115,7 @@ fn a_broken_rule_is_told_and_keeps_the_city() {
 
 #[test]
 fn what_is_picked_tells_its_measures_and_why_it_is_there() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     let built = window.state().state().ready.as_ref().unwrap().built.city.clone();
     let elements = [
         (ElementKind::Street, built.runs.iter().find(|run| run.class.0 > 0).map(|run| run.id)),
@@ -167,10 +173,7 @@ fn what_cannot_be_opened_is_told() {
 
 #[test]
 fn changes_that_cannot_be_saved_stay() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, city, mut window) = opened("lattice");
     window.state_mut().state_mut().commands.push(Command::Seed(Some(77)));
     settle(&mut window);
     // A folder in the way, which holds for root, too.
@@ -186,10 +189,7 @@ fn changes_that_cannot_be_saved_stay() {
 
 #[test]
 fn growth_is_shown_step_by_step() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     click(&mut window, "Timeline");
     window.state_mut().state_mut().timeline.go(0);
     settle(&mut window);
@@ -213,10 +213,7 @@ fn growth_is_shown_step_by_step() {
 
 #[test]
 fn what_is_in_force_is_saved_as_a_preset() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     click(&mut window, "Presets");
     assert!(window.query_by_label("Lay My own").is_none());
     type_into(&mut window, "Find a preset", "my own");
@@ -252,10 +249,7 @@ fn windows_of_any_size_show_all_panels() {
 
 #[test]
 fn layers_are_switched_on_and_off_and_views_are_kept() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     click(&mut window, "Layers");
     for layer in LayerKind::ALL {
         let has = |window: &Harness<App>| window.state().state().preferences.layers.map.contains(&layer);
@@ -355,10 +349,7 @@ fn figures_stand_beside_those_of_the_real_place() {
 
 #[test]
 fn the_console_answers_about_the_open_city_and_what_is_picked() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     let parcel = window.state().state().ready.as_ref().unwrap().built.city.parcels[0].clone();
     let picked = Element { kind: ElementKind::Parcel, id: parcel.id };
     window.state_mut().state_mut().commands.push(Command::Select(Some(picked)));
@@ -392,14 +383,8 @@ fn window_count(text: &str) -> usize {
 
 #[test]
 fn the_place_of_a_fault_is_shown_in_the_text() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
-    let script = city.join("city.rhai");
-    let text = fs::read_to_string(&script).unwrap();
-    fs::write(&script, format!("{text}\nlet broken = ;\n")).unwrap();
-    wait_for(&mut window, "a broken script", |app| app.state().failure.is_some());
+    let (_folder, city, mut window) = opened("lattice");
+    let (_, text) = break_script(&mut window, &city);
     window.get_by_label("Problems (1)").click();
     window.run_steps(3);
     let line = text.lines().count() + 2;
@@ -545,10 +530,7 @@ fn the_loss_of_a_device_is_heard_and_ends_nothing() {
 
 #[test]
 fn presets_are_found_by_the_kinds_of_rules_they_have() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, city, mut window) = opened("lattice");
     click(&mut window, "Presets");
     fs::create_dir_all(city.join("presets")).unwrap();
     let only_streets = "//! Streets alone.\npreset(#{ pattern: rule(\"streets/grid\") });\n";
@@ -580,10 +562,7 @@ fn a_number(window: &Harness<App>) -> String {
 
 #[test]
 fn a_slider_that_is_dragged_is_one_step_to_undo() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     let at_first = shown(&window);
     click(&mut window, "Parameters");
     let address = a_number(&window);
@@ -613,18 +592,12 @@ fn a_slider_that_is_dragged_is_one_step_to_undo() {
 
 #[test]
 fn parameters_show_what_is_asked_for_while_nothing_can_be_built() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, city, mut window) = opened("lattice");
     let at_first = shown(&window);
     click(&mut window, "Parameters");
     let address = a_number(&window);
     let before = standing(&window, &address);
-    let script = city.join("city.rhai");
-    let text = fs::read_to_string(&script).unwrap();
-    fs::write(&script, format!("{text}\nlet broken = ;\n")).unwrap();
-    wait_for(&mut window, "a broken script", |app| app.state().failure.is_some());
+    let (script, text) = break_script(&mut window, &city);
     let set = Command::Set { address: address.clone(), value: (before + 1.5).to_string(), turning: false };
     window.state_mut().state_mut().commands.push(set);
     settle(&mut window);
@@ -639,10 +612,7 @@ fn parameters_show_what_is_asked_for_while_nothing_can_be_built() {
 
 #[test]
 fn the_palette_is_gone_through_by_keys() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     let is_shown = |window: &Harness<App>| window.query_by_role_and_label(Role::Button, "Run").is_some();
     let open_palette = |window: &mut Harness<App>| {
         window.key_press_modifiers(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::P);
@@ -708,10 +678,7 @@ fn a_copy_of_the_city_takes_the_changes_along_and_can_be_undone_there() {
 
 #[test]
 fn a_rule_of_the_library_becomes_the_citys_own_to_be_changed() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, city, mut window) = opened("lattice");
     let at_first = shown(&window);
     let building = window.state().state().ready.as_ref().unwrap().built.city.buildings[0].id;
     let element = Element { kind: ElementKind::Building, id: building };
@@ -751,10 +718,7 @@ fn a_rule_of_the_library_becomes_the_citys_own_to_be_changed() {
 
 #[test]
 fn views_are_worked_by_keys() {
-    let folder = tempfile::tempdir().unwrap();
-    let city = copy_of("lattice", folder.path());
-    let mut window = window();
-    open(&mut window, &city);
+    let (_folder, _, mut window) = opened("lattice");
     let cameras = |window: &Harness<App>| {
         let views = &window.state().state().views;
         (views.map.camera, views.model.camera)
