@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog, Refused};
 use streets::runs::Run;
-use streets::{Class, Classes};
 
 /// The report of one build; `report.json` holds it. The same for the same city: no times, no paths but how one
 /// gets from the report to the city.
@@ -257,7 +256,7 @@ impl Report {
         self.warnings.extend(warnings);
     }
 
-    pub(crate) fn finish(&mut self, city: &City, plan: &Plan, faults: &Faults, trimmed: i128, open: usize) {
+    pub(crate) fn finish(&mut self, city: &City, faults: &Faults, trimmed: i128, open: usize) {
         self.counts = BTreeMap::from([
             ("nodes", city.graph.node_count()),
             ("segments", city.graph.segment_count()),
@@ -279,36 +278,20 @@ impl Report {
             self.warn("no streets close a block, so there is no land to divide".into());
         }
         let sorted = faults.sorted();
-        let told = sorted.iter().filter(|fault| !is_in_place(city, plan, fault));
+        let told = sorted.iter().filter(|fault| !is_in_place(city, fault));
         self.faults.extend(told.map(FaultReport::from));
     }
 }
 
-/// Whether a warning that a rule does nothing was meant of some quarters alone: in others it does something. Each quarter grows by
-/// itself and knows nothing of the others.
-fn is_in_place(city: &City, plan: &Plan, fault: &Fault) -> bool {
-    let has_file = |name: &str| {
-        let file = format!("{name}.rhai");
+/// Whether a warning that a rule proposes nothing was meant of some quarters alone: in others it grew streets. Each quarter is
+/// asked for by itself and knows nothing of the others.
+fn is_in_place(city: &City, fault: &Fault) -> bool {
+    let has_file = |rule: &String| {
+        let file = format!("{rule}.rhai");
         fault.file == file || fault.file.ends_with(&format!("/{file}"))
     };
-    match fault.message.as_str() {
-        script::PROPOSES_NOTHING => {
-            city.runs.iter().any(|run| city.origins.get(usize::from(run.origin)).is_some_and(|name| has_file(name)))
-        }
-        script::REFUSES_ALL => {
-            let classes = [("highways", Classes::HIGHWAY), ("majors", Classes::MAJOR), ("minors", Classes::MINOR)];
-            let roles = plan.roles();
-            let asked: Vec<&str> =
-                roles.iter().filter(|(_, rule)| rule.path() == fault.file).map(|(role, _)| &role[..]).collect();
-            let is_of = |class: &str| asked.iter().any(|role| role.starts_with(&format!("{class}.constraints")));
-            let kept: Vec<Class> =
-                classes.into_iter().filter(|(name, _)| is_of(name)).map(|(_, class)| class).collect();
-            // Given and imported streets were asked nothing.
-            let is_grown = |run: &Run| city.origins.get(usize::from(run.origin)).is_some_and(|rule| rule.contains('/'));
-            city.runs.iter().any(|run| kept.contains(&run.class) && is_grown(run))
-        }
-        _ => false,
-    }
+    let grew = |run: &Run| city.origins.get(usize::from(run.origin)).is_some_and(has_file);
+    fault.message == script::PROPOSES_NOTHING && city.runs.iter().any(grew)
 }
 
 impl StreetsReport {

@@ -37,7 +37,7 @@ pub use preset::{Preset, PresetTarget};
 pub use rule::{Rule, RuleKind};
 pub use words::{
     AssignPattern, Assigned, BareGround, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, Ground,
-    PROPOSES_NOTHING, ParcelChoice, ParcelPattern, REFUSES_ALL, ShapeContext, StreetPattern, StreetSide,
+    PROPOSES_NOTHING, ParcelChoice, ParcelPattern, ShapeContext, StreetPattern, StreetSide,
 };
 
 use host::{Modules, Shelves};

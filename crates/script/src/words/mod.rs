@@ -18,7 +18,7 @@ pub(crate) use chain::chain_of;
 pub use ground::{BareGround, Ground, StreetSide};
 pub(crate) use once::{density, goal_of};
 pub use parcel::{AssignPattern, Assigned};
-pub use segment::{ConstraintPattern, REFUSES_ALL};
+pub use segment::ConstraintPattern;
 pub use shape::{BuildingChoice, BuildingPattern, ShapeContext};
 pub use tip::{PROPOSES_NOTHING, StreetPattern};
 

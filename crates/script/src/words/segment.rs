@@ -14,9 +14,6 @@ use std::sync::Arc;
 use streets::Classes;
 use streets::growth::{Constrain, Draft, Field, Fields};
 
-/// What is told of a constraint that refuses every street where it is asked: of a class, or in a quarter.
-pub const REFUSES_ALL: &str = "this constraint refuses every street";
-
 /// A local constraint that a rule decides: what the growth kernel asks.
 pub struct ConstraintPattern {
     caller: Caller<Drafting>,
@@ -29,7 +26,8 @@ impl Drop for ConstraintPattern {
     /// At the end of the stage it is known whether the rule admitted anything.
     fn drop(&mut self) {
         let hint = "a street stays as it is unless segment.refuse(…) is called: is a comparison the wrong way round?";
-        self.tally.warn(self.caller.rule(), RuleKind::Constrain, REFUSES_ALL, hint, &self.faults);
+        let message = "this constraint refuses every street";
+        self.tally.warn(self.caller.rule(), RuleKind::Constrain, message, hint, &self.faults);
     }
 }
 
