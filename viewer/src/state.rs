@@ -283,8 +283,9 @@ impl State {
         let known = self.asked_for.as_ref().filter(|(of, round, _)| *of == changes && *round == ready.round);
         if known.is_none() {
             let mut laid = ready.as_written.clone();
-            let plan = changes.lay_over(&mut laid).map_or_else(|_| ready.sources.plan.clone(), |()| laid.plan);
-            self.asked_for = Some((changes, ready.round, plan.into()));
+            // As the worker does: what does not suit is left out.
+            let _ = changes.lay_what_suits(&mut laid);
+            self.asked_for = Some((changes, ready.round, laid.plan.into()));
         }
         self.asked_for.as_ref().map(|(.., plan)| plan.clone())
     }
