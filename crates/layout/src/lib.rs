@@ -13,7 +13,10 @@ pub use blocks::{BlockSource, blocks};
 pub use model::{Block, Body, Joint, Parcel, Region, Use};
 pub use region::{Buildable, Parted, buildable, part_grounds};
 pub use side::longest_side;
-pub use subdivide::{Division, Inner, RecursiveSettings, SettingsError, Squared, recursive, subdivide};
+pub use subdivide::{
+    Division, DivisionStep, Inner, Looked, RecursiveSettings, SettingsError, Squared, WhyOpen, recursive, recursive_telling,
+    subdivide,
+};
 
 #[cfg(test)]
 mod samples;

@@ -8,14 +8,16 @@ mod map;
 mod outline;
 mod repair;
 mod settings;
+mod steps;
 
 pub use settings::{Inner, RecursiveSettings, SettingsError, Squared};
+pub use steps::{DivisionStep, Looked, WhyOpen};
 
 use crate::region::LEAST_DOUBLED_AREA;
 use crate::{Block, Parcel, Region, Use, buildable};
 use chord::{Chord, End, Line, is_certified, placed};
 use geom::polygon::{convex_hull, ring_doubled_area};
-use geom::{Point, Seed};
+use geom::{Point, Polygon, Seed};
 use lines::{lines, spare_lines};
 use map::LandMap;
 use outline::{Measure, Outline};
@@ -57,19 +59,36 @@ pub fn subdivide(block: &Block, settings: &RecursiveSettings) -> Result<Division
 /// Divides a region: cuts pieces in two while they are larger than wanted (or too concave) and a good cut exists; then
 /// joins pieces that are too small, too thin or without access to a neighbour, or else leaves them open.
 pub fn recursive(region: &Region, settings: &RecursiveSettings) -> Result<Division, SettingsError> {
+    recursive_telling(region, settings, &mut |_| {})
+}
+
+/// The same, telling what it does step by step.
+pub fn recursive_telling(
+    region: &Region,
+    settings: &RecursiveSettings,
+    tell: &mut dyn FnMut(DivisionStep),
+) -> Result<Division, SettingsError> {
     settings.check()?;
     if region.polygon.outer.len() < 3 {
         return Ok(Division::default());
     }
     let mut map = LandMap::new(region);
     holes::cut_holes(&mut map);
-    divide(&mut map, settings);
-    let measures = repair::Lots::new(&mut map, settings).repair();
-    let parcel = |face| parcel(&map, region, settings, face, &measures[face as usize]);
-    Ok(Division { parcels: map.live_faces().map(parcel).collect(), trimmed: map.trimmed })
+    divide(&mut map, settings, tell);
+    let measures = repair::Lots::new(&mut map, settings, tell).repair();
+    let mut parcel = |face| parcel(&map, region, settings, face, &measures[face as usize], tell);
+    Ok(Division { parcels: map.live_faces().map(&mut parcel).collect(), trimmed: map.trimmed })
 }
 
-fn parcel(map: &LandMap, region: &Region, settings: &RecursiveSettings, face: u32, measure: &Measure) -> Parcel {
+fn parcel(
+    map: &LandMap,
+    region: &Region,
+    settings: &RecursiveSettings,
+    face: u32,
+    measure: &Measure,
+    tell: &mut dyn FnMut(DivisionStep),
+) -> Parcel {
+    let id = map.faces[face as usize].path;
     let mut polygon = map.polygon(face);
     let least = polygon.outer.iter().enumerate().min_by_key(|(_, p)| **p).map_or(0, |(i, _)| i);
     let mut fronted: Vec<_> = measure.frontage.to_vec();
@@ -77,18 +96,27 @@ fn parcel(map: &LandMap, region: &Region, settings: &RecursiveSettings, face: u3
     let mut sides = map.sides(face, |street| fronted.iter().position(|&(known, _)| known == street));
     polygon.outer.rotate_left(least);
     sides.rotate_left(least);
-    let usage = if may_be_built(settings, measure, &polygon) { Use::Built } else { Use::Open };
+    let why_open = why_open(settings, measure, &polygon);
+    if let Some(why) = why_open {
+        tell(DivisionStep::Open { piece: id, why });
+    }
+    let usage = if why_open.is_none() { Use::Built } else { Use::Open };
     let access = fronted.into_iter().map(|(street, length)| (map.streets[usize::from(street)], length)).collect();
-    Parcel { id: map.faces[face as usize].path, block: region.block, polygon, access, sides, usage, tags: Vec::new() }
+    Parcel { id, block: region.block, polygon, access, sides, usage, tags: Vec::new() }
 }
 
-fn may_be_built(settings: &RecursiveSettings, measure: &Measure, polygon: &geom::Polygon) -> bool {
+/// Why nothing may be built on a piece; none where something may.
+fn why_open(settings: &RecursiveSettings, measure: &Measure, polygon: &Polygon) -> Option<WhyOpen> {
     let is_inner = measure.frontage.is_empty() && settings.inner == Inner::Built;
-    settings.is_roomy(measure)
-        && (settings.has_access(measure) || is_inner)
-        && polygon.holes.is_empty()
-        && measure.area <= MOST_OVERSIZE * settings.most_area
-        && is_convex_enough(settings, measure.area, &polygon.outer)
+    let reasons = [
+        (measure.area < settings.least_area, WhyOpen::Small),
+        (!settings.is_roomy(measure), WhyOpen::Thin),
+        (!settings.has_access(measure) && !is_inner, WhyOpen::Landlocked),
+        (!polygon.holes.is_empty(), WhyOpen::Holed),
+        (measure.area > MOST_OVERSIZE * settings.most_area, WhyOpen::Oversized),
+    ];
+    let first = reasons.into_iter().find(|(is_so, _)| *is_so).map(|(_, why)| why);
+    first.or_else(|| (!is_convex_enough(settings, measure.area, &polygon.outer)).then_some(WhyOpen::Concave))
 }
 
 /// Whether a ring of this area in m² fills enough of its convex hull.
@@ -103,7 +131,7 @@ fn convexity(area: f64, corners: &[Point]) -> f64 {
 }
 
 /// Cuts all faces until none asks for more.
-fn divide(map: &mut LandMap, settings: &RecursiveSettings) {
+fn divide(map: &mut LandMap, settings: &RecursiveSettings, tell: &mut dyn FnMut(DivisionStep)) {
     let mut outline = Outline::default();
     let mut open: Vec<u32> = map.live_faces().collect();
     open.reverse();
@@ -112,19 +140,29 @@ fn divide(map: &mut LandMap, settings: &RecursiveSettings) {
             continue;
         }
         let whole = Measure::of_face(map, face);
-        let seed = settings.seed.of(map.faces[face as usize].path);
-        let is_large = whole.area > settings.wanted_area(seed);
+        let piece = map.faces[face as usize].path;
+        let seed = settings.seed.of(piece);
+        let wanted = settings.wanted_area(seed);
+        let mut look = |outcome| tell(DivisionStep::Look { piece, area: whole.area, wanted, outcome });
+        let is_large = whole.area > wanted;
         if !is_large && settings.least_convexity <= 0.0 {
+            look(Looked::Kept);
             continue;
         }
         outline.load(map, face);
         if !is_large && is_convex_enough(settings, whole.area, &outline.points) {
+            look(Looked::Kept);
             continue;
         }
-        if let Some(best) = best_chord(map, &outline, &whole, settings, seed) {
-            open.push(cut(map, &outline, &best));
-            open.push(face);
-        }
+        let Some(best) = best_chord(map, &outline, &whole, settings, seed) else {
+            look(Looked::NoCut);
+            continue;
+        };
+        let other = cut(map, &outline, &best);
+        let parts = [face, other].map(|face| map.faces[face as usize].path);
+        look(Looked::Cut { ends: [best.from.at, best.to.at], parts });
+        open.push(other);
+        open.push(face);
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::map::{LandMap, OUTSIDE};
 use super::outline::Measure;
-use super::{Inner, RecursiveSettings, convexity};
+use super::{DivisionStep, Inner, RecursiveSettings, convexity};
 use geom::Point;
 use smallvec::SmallVec;
 
@@ -15,6 +15,7 @@ pub(super) struct Lots<'a> {
     map: &'a mut LandMap,
     settings: &'a RecursiveSettings,
     measures: Vec<Measure>,
+    tell: &'a mut dyn FnMut(DivisionStep),
 }
 
 /// What a join is for.
@@ -28,9 +29,13 @@ enum Aim {
 
 impl<'a> Lots<'a> {
     /// The pieces of a map.
-    pub fn new(map: &'a mut LandMap, settings: &'a RecursiveSettings) -> Self {
+    pub fn new(
+        map: &'a mut LandMap,
+        settings: &'a RecursiveSettings,
+        tell: &'a mut dyn FnMut(DivisionStep),
+    ) -> Self {
         let measures = (0..map.faces.len() as u32).map(|face| Measure::of_face(map, face)).collect();
-        Self { map, settings, measures }
+        Self { map, settings, measures, tell }
     }
 
     /// Joins what should be joined; gives the measures by face.
@@ -74,6 +79,9 @@ impl<'a> Lots<'a> {
         let suits = |other: &u32| self.suits(face, *other, aim) && self.joint(face, *other).is_some();
         let Some(other) = self.neighbours(face).into_iter().find(suits) else { return false };
         let Some(joint) = self.joint(face, other) else { return false };
+        let [piece, to] = [face, other].map(|face| self.map.faces[face as usize].path);
+        let area = self.measures[face as usize].area;
+        (self.tell)(DivisionStep::Join { piece, to, area, is_court: aim == Aim::Court });
         self.merge(face, other, joint);
         true
     }

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use std::collections::BTreeSet;
 
 mod controls;
+mod telling;
 mod turning;
 
 fn share() -> impl Strategy<Value = f64> {
