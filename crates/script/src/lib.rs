@@ -7,6 +7,7 @@
 //!
 //! What rule writers read is `rules/README.md`.
 
+mod account;
 mod city;
 mod digest;
 mod effects;
@@ -22,6 +23,7 @@ mod rule;
 pub mod testing;
 mod words;
 
+pub use account::{Account, Step, StepKind};
 pub use city::{Checked, Evaluated, SiteInfo, SiteRequest, Sites};
 pub use digest::PlanDigests;
 pub use effects::heard;
@@ -60,6 +62,7 @@ impl Host {
                 texts: Texts::default(),
                 modules: Modules::default(),
                 coverage: None,
+                account: None,
                 rules: None,
             },
         }

@@ -1,5 +1,6 @@
 //! A rule: one loaded Rhai file with the values of its parameters.
 
+use crate::account::Account;
 use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
     Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary, engine,
@@ -118,10 +119,10 @@ struct RuleFile {
     state: GlobalRuntimeState,
     kinds: Vec<RuleKind>,
     texts: Texts,
+    /// What it was loaded among, to load it again.
+    around: Surroundings,
     notes: Notes,
     marks: Marks,
-    /// Whether its branches are counted.
-    is_counted: bool,
     readings: BTreeSet<Reading>,
     vocabulary: Vocabulary,
 }
@@ -213,9 +214,10 @@ impl Rule {
     /// loaded comes first, in the order of the text.
     pub(crate) fn examine(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Vec<Fault>> {
         around.texts.keep(source);
-        let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
+        let resolver = Resolver::new(around);
         let (declared, notes) = (Declared::default(), Notes::default());
-        let mut engine = engine(Limits::RULE, resolver.clone());
+        let limits = if around.account.is_some() { Limits::TELLING } else { Limits::RULE };
+        let mut engine = engine(limits, resolver.clone());
         register_params(&mut engine, &source.path, declared.clone());
         words::register(&mut engine);
         listen(&mut engine, notes.clone());
@@ -234,7 +236,7 @@ impl Rule {
                 return Err(faults);
             }
         };
-        let ast = counted(ast, &mut engine, source, around).map_err(|fault| vec![fault])?;
+        let ast = instrumented(ast, &mut engine, source, around).map_err(|fault| vec![fault])?;
         let outcome = evaluate(&engine, &ast, source, around);
         let outcome = outcome.and_then(|state| Ok((state, kinds_of(&ast, source)?)));
         let params = declared.seal();
@@ -265,9 +267,9 @@ impl Rule {
             ast,
             state,
             texts: around.texts.clone(),
+            around: around.unshared(),
             notes,
             marks,
-            is_counted: around.coverage.is_some(),
             readings,
             vocabulary,
         };
@@ -352,6 +354,23 @@ impl Rule {
         self.params.with_text(name, text).map(|params| self.with(params))
     }
 
+    /// The same rule, read once more so that it tells what it does step by step: for asking it again about one element. It is
+    /// slower, and what it prints and marks is its own.
+    pub fn telling(&self) -> (Self, Account) {
+        let (file, account) = (&self.file, Account::default());
+        let around = Surroundings {
+            modules: Modules::default(),
+            account: Some(account.clone()),
+            coverage: None,
+            ..file.around.clone()
+        };
+        let again = file.texts.get(&file.path).and_then(|text| {
+            let source = Source { text: text.to_string(), path: file.path.clone() };
+            Self::examine(&file.name, &source, &around).ok()
+        });
+        (again.map_or_else(|| self.clone(), |again| again.with(self.params.clone())), account)
+    }
+
     /// What it printed, with how often, in alphabetical order.
     pub fn notes(&self) -> Vec<(String, u64)> {
         let notes = self.file.notes.lock().unwrap_or_else(PoisonError::into_inner);
@@ -387,8 +406,8 @@ impl Rule {
     /// The same with parameters that are the same everywhere written into it, for a function that is asked of each element.
     pub(crate) fn settled_entry(&self, kind: RuleKind) -> Entry {
         let (mut entry, params) = (self.entry(kind), self.params.ready());
-        if self.file.is_counted {
-            // Branches that are never run must not be settled away.
+        if self.file.around.is_watched() {
+            // Branches that are never run must not be settled away, nor what is told.
             return entry;
         }
         let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
@@ -495,6 +514,8 @@ pub(crate) struct Surroundings {
     pub modules: Modules,
     /// Counts the branches that are run, where somebody asks.
     pub coverage: Option<Coverage>,
+    /// Takes in what rules do, where somebody asks.
+    pub account: Option<Account>,
     /// Rules loaded so far, by name, where they may be shared: a test asks for the same rule again and again.
     pub rules: Option<Arc<Mutex<BTreeMap<String, Rule>>>>,
 }
@@ -504,6 +525,16 @@ impl Surroundings {
     #[must_use]
     pub fn sharing(&self) -> Self {
         Self { rules: Some(Arc::default()), ..self.clone() }
+    }
+
+    /// The same for one that loads by itself.
+    fn unshared(&self) -> Self {
+        Self { rules: None, ..self.clone() }
+    }
+
+    /// Whether somebody watches what rules do.
+    fn is_watched(&self) -> bool {
+        self.coverage.is_some() || self.account.is_some()
     }
 
     /// A rule that was loaded before.
@@ -555,8 +586,14 @@ fn compile(engine: &Engine, source: &Source, around: &Surroundings) -> Result<AS
     Ok(ast)
 }
 
-/// The same with a call that counts in each branch, where coverage is asked for.
-fn counted(ast: AST, engine: &mut Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
+/// The same with a call that counts in each branch, where coverage is asked for, or that tells what is done.
+fn instrumented(ast: AST, engine: &mut Engine, source: &Source, around: &Surroundings) -> Result<AST, Fault> {
+    if let Some(account) = &around.account {
+        account.register(engine);
+        let text = account.telling(source, &ast);
+        // What it cannot be told from is run as it is.
+        return Ok(compile(engine, &Source { text, ..source.clone() }, around).unwrap_or(ast));
+    }
     let Some(coverage) = &around.coverage else { return Ok(ast) };
     let text = coverage.counted(source, &ast, engine);
     compile(engine, &Source { text, ..source.clone() }, around)

@@ -69,7 +69,7 @@ pub struct Checked {
 pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites>, all: bool) -> Checked {
     around.texts.keep(source);
     let desk = Desk::default();
-    let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
+    let resolver = Resolver::new(around);
     let mut engine = engine(Limits::CITY, resolver);
     register(&mut engine, around, sites, &desk);
     let ast = match compile(&engine, source, around) {
@@ -241,7 +241,7 @@ pub(crate) fn preset_named(name: &str, around: &Surroundings) -> Result<Preset, 
 /// Runs the file of a preset: what it hands to `preset(#{ … })`.
 pub(crate) fn preset_engine(source: &Source, around: &Surroundings) -> Result<Map, Fault> {
     around.texts.keep(source);
-    let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
+    let resolver = Resolver::new(around);
     let mut engine = engine(Limits::CITY, resolver);
     crate::param::register_values(&mut engine);
     mix::register(&mut engine);

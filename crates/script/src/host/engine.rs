@@ -28,6 +28,8 @@ pub(crate) struct Limits {
 impl Limits {
     /// For a rule: it is called a million times.
     pub const RULE: Self = Self { operations: 100_000, elements: 1_000, entries: 200, characters: 10_000 };
+    /// For a rule that tells what it does: with the calls that tell, a loop around nothing takes five times the operations.
+    pub const TELLING: Self = Self { operations: 6 * Self::RULE.operations, ..Self::RULE };
     /// For a city script: it runs once, and may list streets point by point.
     pub const CITY: Self = Self { operations: 1_000_000, elements: 20_000, entries: 2_000, characters: 100_000 };
     /// For a test: it looks through all streets and parcels of a town.

@@ -5,6 +5,7 @@ mod check;
 mod engine;
 mod library;
 mod maths;
+mod places;
 mod resolver;
 mod settle;
 mod spending;
@@ -20,6 +21,7 @@ pub(crate) use engine::{Closures, Limits, compile, compile_within, engine, refus
 pub use library::{Embedded, LIBRARY, Library, Source, Texts};
 pub(crate) use library::{Shelves, is_inside};
 pub(crate) use maths::{number, numeric, register as register_maths};
+pub(crate) use places::{Places, code_until, until};
 pub(crate) use resolver::{Modules, Reading, Resolver};
 pub(crate) use settle::Settling;
 pub(crate) use spending::{Spending, spend};

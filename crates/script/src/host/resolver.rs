@@ -1,9 +1,11 @@
 //! `import`: only inside the libraries, never in a circle, each file read once.
 
 use super::engine::{Closures, compile};
-use super::library::{Shelves, Texts};
+use super::library::{Shelves, Source, Texts};
 use super::spending::{spend, spent};
+use crate::account::Account;
 use crate::fault::{Complaint, Fault};
+use crate::rule::Surroundings;
 use geom::Id;
 use rhai::{AST, Engine, EvalAltResult, GlobalRuntimeState, Module, ModuleResolver, Position, Scope, Shared};
 use std::cell::RefCell;
@@ -48,14 +50,17 @@ pub(crate) struct Resolver {
     shelves: Shelves,
     texts: Texts,
     modules: Modules,
+    /// Takes in what they do, where somebody asks.
+    account: Option<Account>,
     /// What the script has imported, directly or not.
     readings: Arc<Mutex<BTreeSet<Reading>>>,
 }
 
 impl Resolver {
-    /// A resolver over libraries that shares what is loaded.
-    pub fn new(shelves: Shelves, texts: Texts, modules: Modules) -> Self {
-        Self { shelves, texts, modules, readings: Arc::default() }
+    /// A resolver over the libraries around a script, sharing what is loaded.
+    pub fn new(around: &Surroundings) -> Self {
+        let Surroundings { shelves, texts, modules, account, .. } = around.clone();
+        Self { shelves, texts, modules, account, readings: Arc::default() }
     }
 
     /// Everything imported so far.
@@ -84,12 +89,21 @@ impl Resolver {
         self.texts.keep(&source);
         let inside = |error| EvalAltResult::ErrorInModule(source.path.clone(), error, Position::NONE);
         let mut ast = compile(engine, &source.text, Closures::Closed).map_err(inside)?;
+        ast = self.telling(engine, &source, ast);
         ast.set_source(source.path.as_str());
         let module = evaluated(engine, level, &ast).map_err(inside)?;
         let mut readings =
             OPEN.with_borrow_mut(|open| open.last_mut().map(|(_, r)| std::mem::take(r))).unwrap_or_default();
         readings.insert((name.to_owned(), Id::of_text("script", &source.text)));
         Ok(Loaded { module: module.into(), readings, operations: (spent() - before).unsigned_abs() })
+    }
+}
+
+impl Resolver {
+    /// The same script, telling what it does where somebody asks and it can be told.
+    fn telling(&self, engine: &Engine, source: &Source, ast: AST) -> AST {
+        let Some(account) = &self.account else { return ast };
+        compile(engine, &account.telling(source, &ast), Closures::Closed).unwrap_or(ast)
     }
 }
 

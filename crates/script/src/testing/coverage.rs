@@ -3,7 +3,7 @@
 //! Rhai does not say which statements it runs, so each branch of a rule's text is given a call that counts; lines stay
 //! where they are.
 
-use crate::host::Source;
+use crate::host::{Places, Source, until};
 use rhai::{AST, ASTNode, Engine, Position, Stmt};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -142,27 +142,7 @@ fn of_statement(statement: &Stmt, places: &Places<'_>, found: &mut Vec<Found>) {
     }
 }
 
-/// From lines and columns to bytes.
-struct Places<'a> {
-    text: &'a str,
-    /// Where each line starts.
-    lines: Vec<usize>,
-}
-
-impl<'a> Places<'a> {
-    fn of(text: &'a str) -> Self {
-        let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
-        Self { text, lines: starts.collect() }
-    }
-
-    /// The byte at a position, with its line and column.
-    fn at(&self, position: Position) -> Option<(usize, u32, u32)> {
-        let (line, column) = (position.line()?, position.position()?);
-        let start = *self.lines.get(line - 1)?;
-        let (offset, _) = self.text[start..].char_indices().nth(column - 1)?;
-        Some((start + offset, line as u32, column as u32))
-    }
-
+impl Places<'_> {
     fn block(&self, position: Position, what: &'static str) -> Option<Found> {
         let (at, line, column) = self.at(position)?;
         self.text[at..].starts_with('{').then_some(Found { at, line, column, what, form: Form::Block })
@@ -179,32 +159,9 @@ impl<'a> Places<'a> {
             return Some(block);
         }
         let (at, line, column) = self.at(position)?;
-        let end = at + end_of_expression(&self.text[at..]);
+        let end = at + until(&self.text[at..], &[',', '}', ')', ']']);
         Some(Found { at, line, column, what: "case", form: Form::Expression(end) })
     }
-}
-
-/// Where the expression of a case ends: before the `,` or `}` outside of its brackets, texts and comments.
-fn end_of_expression(text: &str) -> usize {
-    let (mut depth, mut quote, mut letters) = (0, None, text.char_indices().peekable());
-    while let Some((at, letter)) = letters.next() {
-        match (quote, letter) {
-            (Some(_), '\\') => {
-                letters.next();
-            }
-            (Some(mark), _) if mark == letter => quote = None,
-            (Some(_), _) => {}
-            (None, '"' | '`' | '\'') => quote = Some(letter),
-            (None, '(' | '[' | '{') => depth += 1,
-            (None, ')' | ']' | '}') if depth > 0 => depth -= 1,
-            (None, ',' | '}' | ')' | ']') if depth == 0 => return at,
-            (None, '/') if letters.peek().is_some_and(|(_, next)| *next == '/') => {
-                letters.by_ref().find(|(_, letter)| *letter == '\n');
-            }
-            _ => {}
-        }
-    }
-    text.len()
 }
 
 #[cfg(test)]

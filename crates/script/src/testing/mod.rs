@@ -216,7 +216,7 @@ impl TestFile {
 
 /// An engine with the words of tests, for a script about a rule.
 fn engine_of(desk: &Desk, around: &Surroundings, bench: &Bench, path: &str, rule: &str, limits: Limits) -> Engine {
-    let resolver = Resolver::new(around.shelves.clone(), around.texts.clone(), around.modules.clone());
+    let resolver = Resolver::new(around);
     let mut engine = engine(limits, resolver);
     // A rule's own file declares parameters: here nobody asks for them.
     register_params(&mut engine, path, Declared::default());

@@ -104,7 +104,7 @@ impl World {
 
     /// Loads a mutant, checks it, and asks it everything.
     pub fn try_rule(&self, text: &str, draws: &mut Draws) -> Result<Tried, String> {
-        let mut judge = Judge { text, faults: 0 };
+        let mut judge = Judge { text: Some(text), faults: 0 };
         let source = Source { text: text.to_owned(), path: FILE.into() };
         let host = Host::new(vec![shelf(&[(FILE, text)])]);
         // It loads the rule once more, which takes most of the time.
@@ -119,7 +119,10 @@ impl World {
             }
         };
         let rule = with_other_value(rule, draws)?;
-        self.ask(&rule, &mut judge)?;
+        let answers = self.ask(&rule, &mut judge)?;
+        if draws.one_in(4) {
+            self.compare_telling(&rule, &answers)?;
+        }
         let is_told_once = [RuleKind::Goals, RuleKind::Constraints].iter().any(|kind| rule.kinds().contains(kind));
         if is_told_once || draws.one_in(6) {
             self.ask_in_city(&host, &rule, draws, &mut judge)?;
@@ -127,26 +130,42 @@ impl World {
         Ok(Tried { is_loaded: true, faults: judge.faults })
     }
 
-    /// Asks a rule about street ends, streets, blocks and parcels, whatever it decides.
-    fn ask(&self, rule: &Rule, judge: &mut Judge<'_>) -> Result<(), String> {
-        let faults = Arc::new(Faults::default());
+    /// A rule that tells what it does decides the same, and fails in the same way.
+    fn compare_telling(&self, rule: &Rule, answers: &[String]) -> Result<(), String> {
+        let (telling, account) = rule.telling();
+        // Columns are those of the text that tells.
+        let told = self.ask(&telling, &mut Judge { text: None, faults: 0 })?;
+        account.take();
+        // A rule that tells may do more: it runs into the limit later.
+        let is_limited = |answers: &[String]| answers.iter().any(|answer| answer.contains(" operations"));
+        if told == answers || is_limited(&told) || is_limited(answers) {
+            return Ok(());
+        }
+        Err(format!("it tells what it does, and decides otherwise:\n{told:?}\nnot\n{answers:?}"))
+    }
+
+    /// Asks a rule about street ends, streets, blocks and parcels, whatever it decides: all that it says.
+    fn ask(&self, rule: &Rule, judge: &mut Judge<'_>) -> Result<Vec<String>, String> {
+        let (faults, mut answers) = (Arc::new(Faults::default()), Vec::new());
         for kind in rule.kinds() {
             match kind {
-                RuleKind::Streets => self.ask_tips(rule, &faults)?,
-                RuleKind::Constrain => self.ask_drafts(rule, &faults)?,
-                RuleKind::Parcels => self.ask_blocks(rule, &faults)?,
+                RuleKind::Streets => answers.extend(self.ask_tips(rule, &faults)?),
+                RuleKind::Constrain => answers.extend(self.ask_drafts(rule, &faults)?),
+                RuleKind::Parcels => answers.extend(self.ask_blocks(rule, &faults)?),
                 RuleKind::Assign => {
                     let pattern = AssignPattern::new(rule.clone(), faults.clone());
-                    self.shapes().into_iter().for_each(|shape| drop(pattern.assign(shape)));
+                    answers.extend(self.shapes().map(|shape| format!("{:?}", pattern.assign(shape))));
                 }
-                RuleKind::Buildings => self.ask_shapes(rule, &faults)?,
+                RuleKind::Buildings => answers.extend(self.ask_shapes(rule, &faults)?),
                 RuleKind::Goals | RuleKind::Constraints => {}
             }
         }
-        judge.all(&faults.sorted())
+        let faults = faults.sorted();
+        answers.extend(faults.iter().map(|fault| fault.message.clone()));
+        judge.all(&faults).map(|()| answers)
     }
 
-    fn ask_tips(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<(), String> {
+    fn ask_tips(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<Vec<String>, String> {
         let pattern = StreetPattern::new(rule.clone(), 1, self.classes.clone(), faults.clone());
         let seed = Tip::new(Classes::MINOR, Seed(1), self.fields.clone());
         let tips = [
@@ -176,15 +195,14 @@ impl World {
                 ..seed
             },
         ];
-        for mut tip in tips {
+        let ask = |mut tip: Tip| {
             pattern.propose(&mut tip);
-            finite(&tip.slots)?;
-            finite(&tip.steered())?;
-        }
-        Ok(())
+            finite(&(tip.slots, tip.steered()))
+        };
+        tips.into_iter().map(ask).collect()
     }
 
-    fn ask_drafts(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<(), String> {
+    fn ask_drafts(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<Vec<String>, String> {
         let constraint = ConstraintPattern::new(rule.clone(), self.classes.clone(), faults.clone());
         let draft = |from: Vec2, along: Vec2, fields: &Arc<Fields>| Draft {
             from,
@@ -202,14 +220,15 @@ impl World {
             draft(Vec2::new(1700.0, 10.0), Vec2::new(-5.0, -90.0), &self.fields),
             draft(Vec2::ZERO, Vec2::Y, &self.plain),
         ];
-        for mut draft in drafts {
+        let ask = |mut draft: Draft| {
             constraint.constrain(&mut draft);
-            finite(&(draft.from, draft.to, draft.heading))?;
-        }
-        Ok(())
+            let laid = finite(&(draft.from, draft.to, draft.heading))?;
+            Ok(format!("{laid}, {:?}", draft.refused))
+        };
+        drafts.into_iter().map(ask).collect()
     }
 
-    fn ask_blocks(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<(), String> {
+    fn ask_blocks(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<Vec<String>, String> {
         let pattern = ParcelPattern::new(rule.clone(), faults.clone());
         let bare = BlockContext::bare(9_000.0, Seed(4));
         let settled = BlockContext {
@@ -220,14 +239,13 @@ impl World {
             ground: Arc::new(Mapped(self.fields.clone())),
             ..bare.clone()
         };
-        [bare, BlockContext::bare(0.0, Seed(5)), settled]
-            .into_iter()
-            .try_for_each(|block| finite(&pattern.choose(block)))
+        let blocks = [bare, BlockContext::bare(0.0, Seed(5)), settled];
+        blocks.into_iter().map(|block| finite(&pattern.choose(block))).collect()
     }
 
-    fn ask_shapes(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<(), String> {
+    fn ask_shapes(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<Vec<String>, String> {
         let pattern = BuildingPattern::new(rule.clone(), faults.clone());
-        self.shapes().into_iter().try_for_each(|shape| finite(&pattern.choose(shape)))
+        self.shapes().into_iter().map(|shape| finite(&pattern.choose(shape))).collect()
     }
 
     fn shapes(&self) -> [ShapeContext; 3] {
@@ -258,7 +276,7 @@ impl World {
             return if error.message.is_empty() { Err("an error without words".into()) } else { Ok(()) };
         }
         self.ask_plan(&plan, judge)?;
-        plan.roles().into_iter().filter(|(_, rule)| rule.path() == FILE).try_for_each(|(_, rule)| self.ask(rule, judge))
+        plan.roles().into_iter().filter(|(_, rule)| rule.path() == FILE).try_for_each(|(_, rule)| self.ask(rule, judge).map(drop))
     }
 
     fn ask_plan(&self, plan: &Plan, judge: &mut Judge<'_>) -> Result<(), String> {
@@ -367,7 +385,8 @@ const BY_PLACE: [&str; 8] = [
 
 /// Judges what was told of a mutant.
 struct Judge<'a> {
-    text: &'a str,
+    /// Where faults must have their places.
+    text: Option<&'a str>,
     faults: u64,
 }
 
@@ -391,18 +410,19 @@ impl Judge<'_> {
 
     /// Whether a place lies in the text, or right behind the end of it or of a line.
     fn has_place(&self, line: u32, column: u32) -> bool {
-        let lines: Vec<&str> = self.text.split('\n').collect();
+        let Some(text) = self.text else { return true };
+        let lines: Vec<&str> = text.split('\n').collect();
         let row = (line as usize).checked_sub(1).and_then(|row| lines.get(row));
         let most = row.map_or(1, |row| row.chars().count() + 1);
         line as usize <= lines.len() + 1 && column as usize <= most
     }
 }
 
-/// Every number of a value must be finite.
-fn finite(value: &impl Debug) -> Result<(), String> {
+/// The value in words; every number of it must be finite.
+fn finite(value: &impl Debug) -> Result<String, String> {
     number(value)?;
     let told = format!("{value:?}");
-    if told.contains("inf") { Err(format!("an endless number: {told}")) } else { Ok(()) }
+    if told.contains("inf") { Err(format!("an endless number: {told}")) } else { Ok(told) }
 }
 
 /// Every number of a value must be one.
