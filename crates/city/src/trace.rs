@@ -2,7 +2,10 @@
 
 use streets::StreetGraph;
 use streets::graph::Crowding;
-use streets::growth::{Accepted, GrowthLog, MergeLog, QuarterGrowth, attach};
+use geom::Id;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use streets::growth::{Accepted, GrowthLog, MergeLog, QuarterGrowth, Tip, attach};
 
 /// What the growth of a city did, stage by stage.
 ///
@@ -13,6 +16,23 @@ pub struct Trace {
     /// The streets that were there before anything grew: given and imported ones.
     given: StreetGraph,
     stages: Vec<StageTrace>,
+    tips: Tips,
+}
+
+/// The street ends at which rules were asked, by lineage. Cheap to clone.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tips(Arc<Mutex<BTreeMap<Id, Tip>>>);
+
+impl Tips {
+    /// Keeps one as it is asked.
+    pub fn keep(&self, tip: &Tip) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(tip.id, tip.clone());
+    }
+
+    /// The one at the end of a proposal, or at a seed.
+    pub fn at(&self, lineage: Id) -> Option<Tip> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&lineage).cloned()
+    }
 }
 
 /// What one stage of growth did.
@@ -59,7 +79,12 @@ impl StageTrace {
 impl Trace {
     /// A trace of growth that starts from these streets.
     pub(crate) fn new(given: StreetGraph) -> Self {
-        Self { given, stages: Vec::new() }
+        Self { given, stages: Vec::new(), tips: Tips::default() }
+    }
+
+    /// The street ends at which rules were asked.
+    pub(crate) fn tips(&self) -> &Tips {
+        &self.tips
     }
 
     /// The streets that were there before anything grew.

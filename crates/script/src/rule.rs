@@ -357,18 +357,24 @@ impl Rule {
     /// The same rule, read once more so that it tells what it does step by step: for asking it again about one element. It is
     /// slower, and what it prints and marks is its own.
     pub fn telling(&self) -> (Self, Account) {
-        let (file, account) = (&self.file, Account::default());
-        let around = Surroundings {
-            modules: Modules::default(),
-            account: Some(account.clone()),
-            coverage: None,
-            ..file.around.clone()
-        };
+        let account = Account::default();
+        (self.again(Some(account.clone())), account)
+    }
+
+    /// The same rule, read once more: what it prints and marks is its own.
+    #[must_use]
+    pub fn apart(&self) -> Self {
+        self.again(None)
+    }
+
+    fn again(&self, account: Option<Account>) -> Self {
+        let file = &self.file;
+        let around = Surroundings { modules: Modules::default(), coverage: None, account, ..file.around.clone() };
         let again = file.texts.get(&file.path).and_then(|text| {
             let source = Source { text: text.to_string(), path: file.path.clone() };
             Self::examine(&file.name, &source, &around).ok()
         });
-        (again.map_or_else(|| self.clone(), |again| again.with(self.params.clone())), account)
+        again.map_or_else(|| self.clone(), |again| again.with(self.params.clone()))
     }
 
     /// What it printed, with how often, in alphabetical order.

@@ -4,7 +4,7 @@ use super::ground::{CityGround, Read, reading};
 use super::keep::{Rules, Silence};
 use super::land::{Land, inner_place};
 use super::{ByPlace, Context, Origins, shape};
-use crate::{BuildError, Stage};
+use crate::{BuildError, Landmark, Stage};
 use buildings::{Building, Envelope, LEAST_HEIGHT, Setbacks, StartShape, footprint, raise};
 use geom::{Digest, Id, Polygon};
 use layout::{Parcel, Use};
@@ -172,24 +172,42 @@ fn choose(
 ) -> Option<Chosen> {
     let place = inner_place(&parcel.polygon);
     let (pattern, origin) = patterns.at(quarter, &context.district(place))?;
+    let about = built_shape(context, &land.landmarks, ground, parcel, quarter);
+    let (density, max_height) = (about.density, about.max_height);
+    let BuildingChoice::Extrude(envelope) = pattern.choose(about) else { return None };
+    let envelope = limited(envelope, max_height)?;
+    Some(Chosen { shape: start_shape(context, parcel, density), envelope, origin: *origin })
+}
+
+/// What `build` knows of a parcel.
+pub(crate) fn built_shape(
+    context: &Context,
+    landmarks: &[Landmark],
+    ground: &Arc<CityGround>,
+    parcel: &Parcel,
+    quarter: Option<Id>,
+) -> ShapeContext {
     let seed = context.seed(quarter).purpose("buildings").of(parcel.id);
-    let shape = shape::of_parcel(context, ground, parcel, seed);
-    let (density, max_height) = (shape.density, shape.max_height);
-    let choice = pattern.choose(ShapeContext { landmark: land.landmark_of(parcel.id), ..shape });
-    let BuildingChoice::Extrude(envelope) = choice else { return None };
-    if max_height < LEAST_HEIGHT {
-        return None;
-    }
-    let shape = StartShape {
+    let landmark = landmarks.iter().find(|landmark| landmark.parcels.contains(&parcel.id));
+    let landmark = landmark.map_or_else(String::new, |landmark| landmark.name.clone());
+    ShapeContext { landmark, ..shape::of_parcel(context, ground, parcel, seed) }
+}
+
+/// What a building on a parcel starts from.
+pub(crate) fn start_shape(context: &Context, parcel: &Parcel, density: f64) -> StartShape {
+    StartShape {
         parcel: parcel.id,
         outline: parcel.polygon.clone(),
         fronts: shape::fronts(parcel),
         density,
         ground: heights(context, &parcel.polygon),
-    };
-    // Whatever a rule asks for, the map of greatest heights holds.
-    let envelope = Envelope { height: envelope.height.min(max_height), ..envelope };
-    Some(Chosen { shape, envelope, origin: *origin })
+    }
+}
+
+/// What a rule asks for, with the height that may stand there; nothing where none may.
+pub(crate) fn limited(envelope: Envelope, max_height: f64) -> Option<Envelope> {
+    let height = envelope.height.min(max_height);
+    (max_height >= LEAST_HEIGHT).then_some(Envelope { height, ..envelope })
 }
 
 /// Lowest and highest ground on an outline, metres.

@@ -5,10 +5,12 @@ use super::keep::{Rules, Silence};
 use super::{ByPlace, Context, Outlines, landmarks, shape};
 use crate::{BuildError, Landmark, Site, Stage, cache};
 use geom::polygon::min_area_box;
-use geom::{Bounds, Digest, Id, Point, Polygon, Seed, Vec2};
-use layout::{Block, BlockSource, Parcel, Region, Use, buildable, longest_side, part_grounds, recursive};
+use geom::{Bounds, Digest, Id, Point, Polygon, Vec2};
+use layout::{
+    Block, BlockSource, DivisionStep, Parcel, Parted, Region, Use, buildable, longest_side, part_grounds, recursive_telling,
+};
 use rayon::prelude::*;
-use script::{AssignPattern, BlockContext, ParcelChoice, ParcelPattern, RuleKind};
+use script::{AssignPattern, BlockContext, ParcelChoice, ParcelPattern, RuleKind, ShapeContext};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -27,14 +29,6 @@ pub(crate) struct Land {
     pub landmarks: Vec<Landmark>,
     /// For each block what its parcels are kept by, where they were divided as parts of a build that keeps them.
     pub keys: Vec<Option<Id>>,
-}
-
-impl Land {
-    /// The name of the landmark that a parcel belongs to; empty where it belongs to none.
-    pub fn landmark_of(&self, parcel: Id) -> String {
-        let of = self.landmarks.iter().find(|landmark| landmark.parcels.contains(&parcel));
-        of.map_or_else(String::new, |landmark| landmark.name.clone())
-    }
 }
 
 /// Derives blocks alone.
@@ -155,45 +149,74 @@ fn divide(
     grounds: &[Polygon],
     block: &Block,
 ) -> Divided {
-    let land = part_grounds(block, buildable(block), grounds);
+    let land = parted(block, grounds);
     let usage = |landmark: usize| context.sources.plan.landmarks[landmark].usage;
     let keep = |(landmark, region): &(usize, Region)| (*landmark, landmark_parcel(region, usage(*landmark)));
     let mut parcels = Vec::new();
     let mut trimmed = land.dropped;
     for region in &land.rest {
-        let ordinal = region.ordinal as usize;
-        let seed = context.seed(block.quarter).purpose("parcels").of(block.id).child(ordinal as u64);
-        match cover(&context.sources.site, &region.polygon) {
-            Cover::Land => {}
-            Cover::Park => {
-                parcels.push(Parcel { usage: Use::Park, ..whole(region, ordinal, Use::Park) });
-                continue;
-            }
-            Cover::Water => {
-                parcels.push(whole(region, ordinal, Use::Open));
-                continue;
-            }
+        let patterns = patterns.at(block.quarter, &district_of(context, region));
+        let mut divided =
+            divide_region(context, ground, patterns.map(|patterns| &patterns.parcels), block, region, &mut |_| {});
+        if let Some(pattern) = patterns.and_then(|patterns| patterns.assign.as_ref())
+            && divided.cover == Cover::Land
+        {
+            divided.parcels.iter_mut().for_each(|parcel| assign(context, ground, pattern, block.quarter, parcel));
         }
-        let (patterns, first) = (patterns.at(block.quarter, &district_of(context, region)), parcels.len());
-        match choose(context, ground, patterns.map(|patterns| &patterns.parcels), region, seed) {
-            ParcelChoice::Recursive(settings) => {
-                match recursive(region, &layout::RecursiveSettings { seed, ..settings }) {
-                    Ok(division) => {
-                        parcels.extend(division.parcels);
-                        trimmed += division.trimmed;
-                    }
-                    // Settings are checked where the rule gives them; what slips through leaves the region whole.
-                    Err(_) => parcels.push(whole(region, ordinal, Use::Built)),
-                }
-            }
-            ParcelChoice::Whole => parcels.push(whole(region, ordinal, Use::Built)),
-            ParcelChoice::Open => parcels.push(whole(region, ordinal, Use::Open)),
-        }
-        if let Some(pattern) = patterns.and_then(|patterns| patterns.assign.as_ref()) {
-            parcels[first..].iter_mut().for_each(|parcel| assign(context, ground, pattern, block.quarter, parcel));
-        }
+        parcels.extend(divided.parcels);
+        trimmed += divided.trimmed;
     }
     Divided { parcels, landmarks: land.kept.iter().map(keep).collect(), trimmed }
+}
+
+/// What of a block can be divided, without what landmarks keep.
+pub(crate) fn parted(block: &Block, grounds: &[Polygon]) -> Parted {
+    part_grounds(block, buildable(block), grounds)
+}
+
+/// What a region of a block is divided into, before parcels are assigned what they are for.
+pub(crate) struct DividedRegion {
+    pub cover: Cover,
+    /// What the rule said, where it was asked and there is one.
+    pub choice: Option<ParcelChoice>,
+    pub parcels: Vec<Parcel>,
+    /// Twice the area in LSB² of the slivers.
+    trimmed: i128,
+}
+
+/// Divides a region as its rule says, telling the steps of that.
+pub(crate) fn divide_region(
+    context: &Context,
+    ground: &Arc<CityGround>,
+    pattern: Option<&ParcelPattern>,
+    block: &Block,
+    region: &Region,
+    tell: &mut dyn FnMut(DivisionStep),
+) -> DividedRegion {
+    let one = |usage| whole(region, region.ordinal as usize, usage);
+    let undivided = |cover, choice, parcel| DividedRegion { cover, choice, parcels: vec![parcel], trimmed: 0 };
+    let cover = cover(&context.sources.site, &region.polygon);
+    match cover {
+        Cover::Land => {}
+        Cover::Park => return undivided(cover, None, Parcel { usage: Use::Park, ..one(Use::Park) }),
+        Cover::Water => return undivided(cover, None, one(Use::Open)),
+    }
+    let about = block_context(context, ground, block, region);
+    let seed = about.seed;
+    let choice = pattern.map(|pattern| pattern.choose(about));
+    match choice {
+        Some(ParcelChoice::Recursive(settings)) => {
+            match recursive_telling(region, &layout::RecursiveSettings { seed, ..settings }, tell) {
+                Ok(division) => {
+                    DividedRegion { cover, choice, parcels: division.parcels, trimmed: division.trimmed }
+                }
+                // Settings are checked where the rule gives them; what slips through leaves the region whole.
+                Err(_) => undivided(cover, choice, one(Use::Built)),
+            }
+        }
+        Some(ParcelChoice::Open) => undivided(cover, choice, one(Use::Open)),
+        Some(ParcelChoice::Whole) | None => undivided(cover, choice, one(Use::Built)),
+    }
 }
 
 /// What the rules of a place decide about blocks.
@@ -214,10 +237,19 @@ fn assign(
     if parcel.usage != Use::Built {
         return;
     }
-    let seed = context.seed(quarter).purpose("assign").of(parcel.id);
-    let told = pattern.assign(shape::of_parcel(context, ground, parcel, seed));
+    let told = pattern.assign(assigned_shape(context, ground, quarter, parcel));
     parcel.usage = told.usage.unwrap_or(parcel.usage);
     parcel.tags = told.tags;
+}
+
+/// What `assign` knows of a parcel.
+pub(crate) fn assigned_shape(
+    context: &Context,
+    ground: &Arc<CityGround>,
+    quarter: Option<Id>,
+    parcel: &Parcel,
+) -> ShapeContext {
+    shape::of_parcel(context, ground, parcel, context.seed(quarter).purpose("assign").of(parcel.id))
 }
 
 /// What a landmark keeps of a block: it stays what it is meant for, even behind others.
@@ -226,8 +258,8 @@ fn landmark_parcel(region: &Region, usage: Use) -> Parcel {
 }
 
 /// What covers most of a region, by samples inside it.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Cover {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cover {
     Land,
     Park,
     Water,
@@ -256,16 +288,15 @@ fn cover(site: &Site, region: &Polygon) -> Cover {
     }
 }
 
-fn choose(
+/// What `subdivide` knows of a region of a block.
+pub(crate) fn block_context(
     context: &Context,
     ground: &Arc<CityGround>,
-    pattern: Option<&ParcelPattern>,
+    block: &Block,
     region: &Region,
-    seed: Seed,
-) -> ParcelChoice {
-    let Some(pattern) = pattern else { return ParcelChoice::Whole };
+) -> BlockContext {
     let (polygon, place) = (&region.polygon, inner_place(&region.polygon));
-    pattern.choose(BlockContext {
+    BlockContext {
         area: polygon.area(),
         perimeter: polygon.perimeter(),
         density: context.density(place),
@@ -275,17 +306,17 @@ fn choose(
         longest_side: longest_side(&polygon.outer),
         streets: ground.sides(&region.access()),
         ground: ground.clone(),
-        seed,
-    })
+        seed: context.seed(block.quarter).purpose("parcels").of(block.id).child(u64::from(region.ordinal)),
+    }
 }
 
 /// The district of a region.
-fn district_of(context: &Context, region: &Region) -> String {
+pub(crate) fn district_of(context: &Context, region: &Region) -> String {
     context.district(inner_place(&region.polygon))
 }
 
 /// The centroid, or the inner point farthest from the rim where that lies outside.
-pub(super) fn inner_place(polygon: &Polygon) -> Vec2 {
+pub(crate) fn inner_place(polygon: &Polygon) -> Vec2 {
     let centroid = polygon.centroid();
     if polygon.contains(Point::from_metres(centroid)) { centroid } else { polygon.pole(1.0).metres() }
 }

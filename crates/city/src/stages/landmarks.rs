@@ -154,7 +154,7 @@ pub(super) fn drawing(landmarks: &[Plan]) -> Vec<&Plan> {
 }
 
 /// The grounds of all landmarks, in the script's order.
-pub(super) fn grounds(landmarks: &[Plan]) -> Vec<Polygon> {
+pub(crate) fn grounds(landmarks: &[Plan]) -> Vec<Polygon> {
     landmarks.iter().map(|landmark| landmark.ground.clone()).collect()
 }
 

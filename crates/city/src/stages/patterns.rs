@@ -3,13 +3,23 @@
 use super::Context;
 use super::streets::Network;
 use crate::Site;
+use crate::trace::Tips;
 use script::{PatternPart, PatternPlan, StreetPattern, WeightPlan};
 use std::sync::Arc;
 use streets::PerDistrict;
-use streets::growth::{Blend, BlendPart, Field, GrowthRules, Weight};
+use streets::growth::{Blend, BlendPart, Field, GrowthRules, Tip, Weight};
 
-/// What growth asks. A single rule is asked as it is.
+/// What growth asks; where it is traced, tips are kept.
 pub(super) fn pattern(context: &Context, network: &mut Network, plan: &PatternPlan) -> Box<dyn GrowthRules + Send> {
+    let rules = rules(context, network, plan);
+    match &network.trace {
+        Some(trace) => Box::new(Overheard { rules, tips: trace.tips().clone() }),
+        None => rules,
+    }
+}
+
+/// A single rule is asked as it is.
+fn rules(context: &Context, network: &mut Network, plan: &PatternPlan) -> Box<dyn GrowthRules + Send> {
     let classes = Arc::new(network.graph.classes().clone());
     let part = |part: &PatternPart| {
         let origin = network.origins.of(part.rule.name());
@@ -18,6 +28,31 @@ pub(super) fn pattern(context: &Context, network: &mut Network, plan: &PatternPl
     };
     let mut parts: Vec<BlendPart> = plan.parts().iter().map(part).collect();
     if parts.len() == 1 { parts.remove(0).rules } else { Box::new(Blend::of(parts)) }
+}
+
+/// Rules of which it is kept where they are asked.
+struct Overheard {
+    rules: Box<dyn GrowthRules + Send>,
+    tips: Tips,
+}
+
+impl GrowthRules for Overheard {
+    fn propose(&self, tip: &mut Tip) {
+        self.tips.keep(tip);
+        self.rules.propose(tip);
+    }
+
+    fn origin(&self) -> u16 {
+        self.rules.origin()
+    }
+
+    fn origin_of(&self, lead: Option<u16>) -> u16 {
+        self.rules.origin_of(lead)
+    }
+
+    fn is_in_vain(&self) -> bool {
+        self.rules.is_in_vain()
+    }
 }
 
 /// How much a pattern counts on a site.

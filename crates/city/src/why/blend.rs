@@ -4,17 +4,12 @@ use super::lineage::Placed;
 use super::{Evidence, PatternSays};
 use crate::stages::patterns::weight;
 use geom::Vec2;
-use script::PatternPlan;
+use script::{PatternPlan, Plan, StreetPlan};
 
 /// The patterns of positive weight where a piece starts, the one that led first; none where a single one decides.
 pub fn patterns(placed: &Placed, evidence: &Evidence) -> Vec<PatternSays> {
-    let plan = &evidence.sources.plan;
-    let streets = match placed.stage {
-        "highways" => &plan.highways,
-        "majors" => &plan.majors,
-        _ => &plan.minors,
-    };
-    let Some(streets) = streets else { return Vec::new() };
+    let plan = evidence.sources.plan.in_quarter(placed.quarter);
+    let Some(streets) = plan_of(placed.stage, &plan) else { return Vec::new() };
     let shares = shares(&streets.pattern, placed.accepted.start().metres(), evidence);
     if shares.len() < 2 {
         return Vec::new();
@@ -34,8 +29,17 @@ pub fn patterns(placed: &Placed, evidence: &Evidence) -> Vec<PatternSays> {
     patterns
 }
 
+/// How streets of a stage grow.
+pub fn plan_of<'a>(stage: &str, plan: &'a Plan) -> Option<&'a StreetPlan> {
+    match stage {
+        "highways" => plan.highways.as_ref(),
+        "majors" => plan.majors.as_ref(),
+        _ => plan.minors.as_ref(),
+    }
+}
+
 /// The parts of positive weight at a place, with their shares of all weight.
-fn shares(pattern: &PatternPlan, place: Vec2, evidence: &Evidence) -> Vec<(usize, f64)> {
+pub fn shares(pattern: &PatternPlan, place: Vec2, evidence: &Evidence) -> Vec<(usize, f64)> {
     let weigh = |part: &script::PatternPart| weight(&evidence.sources.site, &part.weight).at(place);
     let weights = pattern.parts().iter().map(weigh).enumerate().filter(|(_, weight)| *weight > 0.0);
     let weights: Vec<(usize, f64)> = weights.collect();

@@ -1,7 +1,7 @@
 //! Why a quarter, block, parcel or building is there.
 
 use super::lineage::logs;
-use super::{Answer, Evidence, Found, ground};
+use super::{Answer, Evidence, Found, derived, ground};
 use crate::export::layout_file::Properties;
 use geom::Id;
 use std::collections::BTreeMap;
@@ -57,6 +57,7 @@ pub fn explain_block(found: &Found, evidence: &Evidence, answer: &mut Answer) {
         answer.tell("parcels", counts.join(", "));
     }
     ground::tell_rules(answer, evidence.sources, "parcels", block.quarter);
+    derived::tell_block(block, evidence, answer);
 }
 
 /// Explains a parcel: its block, what it fronts, and why it is open where it is.
@@ -80,9 +81,9 @@ pub fn explain_parcel(found: &Found, evidence: &Evidence, answer: &mut Answer) {
     match parcel.usage {
         layout::Use::Built => {}
         _ if landmark.is_some() => answer.tell("why", "the landmark says what it is for"),
-        layout::Use::Park => answer.tell("why", "most of its block is park on the map `parks`"),
         _ if parcel.access.is_empty() => answer.tell("why", "it fronts no street, so nothing can be built on it"),
-        _ => answer.tell("why", "the rule says so, it is too small or thin, or most of it is water"),
+        // What is told step by step says why.
+        _ => {}
     }
     let quarter = city.blocks.iter().find(|block| block.id == parcel.block).and_then(|block| block.quarter);
     ground::tell_rules(answer, evidence.sources, "parcels", quarter);
@@ -91,6 +92,7 @@ pub fn explain_parcel(found: &Found, evidence: &Evidence, answer: &mut Answer) {
         let id = building.and_then(|building| building.properties.id.clone());
         answer.tell("building", id.unwrap_or_else(|| "none".into()));
     }
+    derived::tell_parcel(parcel, evidence, answer);
 }
 
 /// Explains a building: its parcel, its height, and the rule that raised it.
@@ -111,6 +113,9 @@ pub fn explain_building(found: &Found, evidence: &Evidence, answer: &mut Answer)
     let parcel = city.parcels.iter().find(|parcel| parcel.id == building.parcel);
     let block = parcel.and_then(|parcel| city.blocks.iter().find(|block| block.id == parcel.block));
     ground::tell_rules(answer, evidence.sources, "buildings", block.and_then(|block| block.quarter));
+    if let Some(parcel) = parcel {
+        derived::tell_built(parcel, block, evidence, answer);
+    }
 }
 
 fn hectares(square_metres: f64) -> String {

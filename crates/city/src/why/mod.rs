@@ -4,7 +4,10 @@
 //! the city is derived once more with a trace ([`crate::Settings::traces`]) and asked. Where what it gives now differs
 //! from the layout, the answer says so.
 
+mod asked;
 mod blend;
+mod decision;
+mod derived;
 mod find;
 mod ground;
 mod land;
@@ -12,6 +15,7 @@ mod lineage;
 mod street;
 mod text;
 
+pub use decision::{DecisionSays, StepSays};
 pub use find::{Found, Kind, find};
 
 use crate::export::LayoutFile;
@@ -51,6 +55,8 @@ pub struct Answer {
     pub parameters: Vec<ParameterSays>,
     /// The maps at its place.
     pub maps: Vec<MapSays>,
+    /// What rules did step by step, asked once more about the element: what they read, asked, computed, tested and printed.
+    pub decisions: Vec<DecisionSays>,
     /// How a street came to be piece by piece, in the order of growth.
     pub pieces: Vec<PieceSays>,
     /// From what it grew: its street first, then that street's parent, and so on.

@@ -1,7 +1,7 @@
 //! Why a street or a crossing is there.
 
 use super::lineage::{Family, Placed, branch_name, distance_to, logs, outcome_says};
-use super::{Answer, Evidence, Found, PieceSays, RefusedSays, blend, ground, place};
+use super::{Answer, Evidence, Found, PieceSays, RefusedSays, asked, blend, ground, place};
 use crate::sources::import_id;
 use crate::trace::{Grown, Trace};
 use geom::{Id, Vec2};
@@ -32,6 +32,7 @@ pub fn explain(found: &Found, evidence: &Evidence, answer: &mut Answer) {
     ground::tell_rules(answer, evidence.sources, piece.stage, piece.quarter);
     answer.lineage = family.ancestry(*piece);
     answer.pieces = pieces.iter().map(|piece| piece_says(piece, evidence)).collect();
+    asked::tell_ends(&pieces, trace, evidence, answer);
     tell_refused(&pieces, trace, answer);
 }
 
@@ -175,6 +176,7 @@ pub fn explain_crossing(found: &Found, evidence: &Evidence, answer: &mut Answer)
         ground::tell_rules(answer, evidence.sources, placed.stage, placed.quarter);
         answer.lineage = family.ancestry(**placed);
         let pieces: Vec<Placed> = here.into_iter().copied().collect();
+        asked::tell_ends(&pieces, trace, evidence, answer);
         tell_refused(&pieces, trace, answer);
     } else {
         answer.tell("origin", "no growth ended here: streets cross that were given, or one was led here later");

@@ -1,6 +1,6 @@
 //! An answer as people read it.
 
-use super::{Answer, PatternSays};
+use super::{Answer, DecisionSays, PatternSays};
 use std::fmt;
 
 /// The shortest distance (m) between a proposed and a laid end that is worth telling.
@@ -21,6 +21,7 @@ impl fmt::Display for Answer {
         part(f, "On these values", !self.maps.is_empty())?;
         self.maps.iter().try_for_each(|map| writeln!(f, "  {:<11}{}", map.name, map.value))?;
         self.growth(f)?;
+        self.decisions.iter().try_for_each(|decision| decision_says(decision, f))?;
         self.refusals(f)
     }
 }
@@ -40,6 +41,19 @@ fn blended(patterns: &[PatternSays]) -> String {
         format!("{} ({:.0} %{leads})", says.name, says.share * 100.0)
     };
     patterns.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// What a rule did, a step a line, and what came of it.
+fn decision_says(says: &DecisionSays, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    writeln!(f, "\n{} of {} was asked about {}", says.function, says.rule, says.about)?;
+    for step in &says.steps {
+        let file = step.file.as_ref().map_or(String::new(), |file| format!("{file}:"));
+        writeln!(f, "  line {:<4} {}", format!("{file}{}", step.line), step.told)?;
+    }
+    if says.more > 0 {
+        writeln!(f, "  … {} further steps", says.more)?;
+    }
+    says.outcome.iter().try_for_each(|line| writeln!(f, "  then      {line}"))
 }
 
 impl Answer {

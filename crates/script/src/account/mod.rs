@@ -177,7 +177,7 @@ fn number_says(number: f64) -> String {
     if !number.is_finite() {
         return if number.is_nan() { "not a number".into() } else { format!("{}endless", if number < 0.0 { "-" } else { "" }) };
     }
-    let digits = if number == 0.0 { 0 } else { number.abs().log10().floor() as i32 };
+    let digits = if number == 0.0 { 0 } else { libm::log10(number.abs()).floor() as i32 };
     let decimals = usize::try_from(5 - digits).unwrap_or(0).min(12);
     let said = format!("{number:.decimals$}");
     if said.contains('.') { said.trim_end_matches('0').trim_end_matches('.').to_owned() } else { said }

@@ -260,6 +260,7 @@ impl<'a> Grower<'a> {
     /// Asks the rule at a tip; it is a seed where nothing was derived before.
     pub fn ask(&mut self, origin: &Origin) {
         let tip = &mut self.tip;
+        tip.id = origin.id;
         (tip.at, tip.heading, tip.age, tip.is_seed) = (origin.at, origin.heading, origin.age, origin.fired == 0);
         (tip.length, tip.generation, tip.step) = (origin.length, origin.generation, origin.fired);
         (tip.width, tip.lead) = (2.0 * f64::from(origin.half_width) / Point::UNITS_PER_METRE, origin.lead);

@@ -2,7 +2,7 @@
 
 use super::{Fields, Steer};
 use crate::Class;
-use geom::{Angle, Point, Seed, Vec2};
+use geom::{Angle, Id, Point, Seed, Vec2};
 use std::sync::Arc;
 
 /// What is proposed in one of the three slots of a tip.
@@ -60,6 +60,8 @@ pub struct Home {
 /// A growing street end: its getters say what a rule may know, its `slots` hold what the rule proposes.
 #[derive(Clone, Debug)]
 pub struct Tip {
+    /// Lineage of what ends here: the parent of what is proposed.
+    pub id: Id,
     /// Where it is.
     pub at: Point,
     /// Where it is heading.
@@ -94,6 +96,7 @@ impl Tip {
     /// A tip where nothing has grown yet, at the origin, heading east.
     pub fn new(class: Class, seed: Seed, fields: Arc<Fields>) -> Self {
         Self {
+            id: Id::default(),
             at: Point::default(),
             heading: Angle::ZERO,
             class,
