@@ -130,6 +130,7 @@ fn run_stages(
     let context = stages::Context { sources, faults: &faults, progress, cancel, traces, cache, keys, within };
     let mut report = Report::new(sources);
     let printed = sources.plan.notes();
+    sources.plan.forget_places();
     sources.warnings.iter().for_each(|warning| report.warn(warning.clone()));
     let network = stages::streets::derive(&context)?;
     report.take(&network.report);

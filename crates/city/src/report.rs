@@ -2,7 +2,7 @@
 
 use crate::sources::ImportLog;
 use crate::{City, Sources};
-use script::{Call, Fault, Faults, Plan, Severity};
+use script::{Call, Fault, Faults, Note, Plan, Severity};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog, Refused};
@@ -51,7 +51,7 @@ pub struct MarkReport {
 }
 
 /// A line that a rule printed.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Print {
     /// The rule's file.
     pub rule: String,
@@ -59,6 +59,23 @@ pub struct Print {
     pub text: String,
     /// How often.
     pub count: u64,
+    /// Where the rule was asked when it did, metres: of several places the first, by x, then y. None where it is asked once for
+    /// a whole city.
+    pub place: Option<[f64; 2]>,
+}
+
+impl std::fmt::Display for Print {
+    /// `file: text (3 times, first at (x, y))`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.rule, self.text)?;
+        let place = self.place.map(|[x, y]| format!("at ({x:.1}, {y:.1})"));
+        match (self.count, place) {
+            (1, None) => Ok(()),
+            (1, Some(place)) => write!(f, " ({place})"),
+            (count, None) => write!(f, " ({count} times)"),
+            (count, Some(place)) => write!(f, " ({count} times, first {place})"),
+        }
+    }
 }
 
 /// What a command built a city from, so that another can build it again.
@@ -234,11 +251,12 @@ impl Report {
     }
 
     /// Keeps what rules printed since an earlier time: rules live longer than one build.
-    pub(crate) fn printed(&mut self, plan: &Plan, before: &[(String, String, u64)]) {
-        let earlier: BTreeMap<_, _> = before.iter().map(|(rule, text, count)| ((rule, text), *count)).collect();
-        for (rule, text, count) in plan.notes() {
+    pub(crate) fn printed(&mut self, plan: &Plan, before: &[(String, Note)]) {
+        let earlier: BTreeMap<_, _> = before.iter().map(|(rule, note)| ((rule, &note.text), note.count)).collect();
+        for (rule, Note { text, count, place }) in plan.notes() {
             let count = count - earlier.get(&(&rule, &text)).copied().unwrap_or(0);
-            self.prints.extend((count > 0).then_some(Print { rule, text, count }));
+            let place = place.map(|at| at.to_array().map(round));
+            self.prints.extend((count > 0).then_some(Print { rule, text, count, place }));
         }
     }
 

@@ -1,10 +1,10 @@
 //! What growth did, step by step: kept on request, to draw a city as it was and to say why a street is there.
 
-use streets::StreetGraph;
-use streets::graph::Crowding;
 use geom::Id;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use streets::StreetGraph;
+use streets::graph::Crowding;
 use streets::growth::{Accepted, GrowthLog, MergeLog, QuarterGrowth, Tip, attach};
 
 /// What the growth of a city did, stage by stage.

@@ -14,8 +14,8 @@ pub use model::{Block, Body, Joint, Parcel, Region, Use};
 pub use region::{Buildable, Parted, buildable, part_grounds};
 pub use side::longest_side;
 pub use subdivide::{
-    Division, DivisionStep, Inner, Looked, RecursiveSettings, SettingsError, Squared, WhyOpen, recursive, recursive_telling,
-    subdivide,
+    Division, DivisionStep, Inner, Looked, RecursiveSettings, SettingsError, Squared, WhyOpen, recursive,
+    recursive_telling, subdivide,
 };
 
 #[cfg(test)]

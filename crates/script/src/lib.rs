@@ -36,7 +36,7 @@ pub use plan::{
     NO_DISTRICT, Plan, QuarterPlan, Rim, RoleParam, SitePlan, StreetImport, StreetPlan, StreetUnits, Within,
 };
 pub use preset::{Preset, PresetTarget};
-pub use rule::{Rule, RuleKind};
+pub use rule::{Note, Rule, RuleKind};
 pub use words::{
     AssignPattern, Assigned, BareGround, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, Ground,
     PROPOSES_NOTHING, ParcelChoice, ParcelPattern, ShapeContext, StreetPattern, StreetSide,

@@ -4,7 +4,7 @@ use crate::fault::{Fault, Faults};
 use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unknown_district};
 use crate::pattern::PatternPlan;
 use crate::preset::{Preset, PresetTarget, in_district};
-use crate::rule::{Rule, RuleKind};
+use crate::rule::{Note, Rule, RuleKind};
 use geom::{Cells, Id, Point, Polygon, Raster, Vec2};
 use layout::Use;
 use std::borrow::Cow;
@@ -704,16 +704,21 @@ impl Plan {
         found
     }
 
-    /// What all rules printed: rule, text, how often.
-    pub fn notes(&self) -> Vec<(String, String, u64)> {
+    /// What all rules printed, with the file of the rule, in alphabetical order.
+    pub fn notes(&self) -> Vec<(String, Note)> {
         let of_rule = |rule: &Rule| {
             let path = rule.path().to_owned();
-            rule.notes().into_iter().map(move |(text, count)| (path.clone(), text, count)).collect::<Vec<_>>()
+            rule.notes().into_iter().map(move |note| (path.clone(), note)).collect::<Vec<_>>()
         };
         let mut notes: Vec<_> = self.rules().flat_map(of_rule).collect();
-        notes.sort();
+        notes.sort_by(|(a, p), (b, q)| (a, &p.text).cmp(&(b, &q.text)));
         notes.dedup();
         notes
+    }
+
+    /// Forgets where rules printed and what they marked, before a city is built anew: rules live longer than one.
+    pub fn forget_places(&self) {
+        self.rules().for_each(Rule::forget_places);
     }
 
     /// Splits `minors.pattern.block_width` into a role of this plan and a name.

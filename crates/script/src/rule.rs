@@ -127,8 +127,38 @@ struct RuleFile {
     vocabulary: Vocabulary,
 }
 
-/// What rules print, with how often. Sorted: threads print in any order.
-pub(crate) type Notes = Arc<Mutex<BTreeMap<String, u64>>>;
+/// What rules print, by text. Sorted: threads print in any order.
+type Notes = Arc<Mutex<BTreeMap<String, Printed>>>;
+
+/// How often something was printed, and where.
+#[derive(Clone, Copy, Debug, Default)]
+struct Printed {
+    count: u64,
+    place: Option<Vec2>,
+}
+
+impl Printed {
+    /// Once more. Of all places the first stays, by x, then y: threads print in any order.
+    fn again(&mut self, at: Option<Vec2>) {
+        self.count += 1;
+        let order = |at: Vec2| [at.x, at.y];
+        let first = |known: Vec2| at.is_some_and(|at| order(at) < order(known));
+        if self.place.is_none_or(first) {
+            self.place = at;
+        }
+    }
+}
+
+/// Something that a rule printed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Note {
+    /// What it printed.
+    pub text: String,
+    /// How often.
+    pub count: u64,
+    /// Where it was asked when it did, metres: of several places the first, by x, then y.
+    pub place: Option<Vec2>,
+}
 
 /// How many different notes of a rule are kept.
 const MOST_NOTES: usize = 200;
@@ -377,10 +407,21 @@ impl Rule {
         again.map_or_else(|| self.clone(), |again| again.with(self.params.clone()))
     }
 
-    /// What it printed, with how often, in alphabetical order.
-    pub fn notes(&self) -> Vec<(String, u64)> {
+    /// What it printed, in alphabetical order.
+    pub fn notes(&self) -> Vec<Note> {
         let notes = self.file.notes.lock().unwrap_or_else(PoisonError::into_inner);
-        notes.iter().map(|(text, count)| (text.clone(), *count)).collect()
+        let note = |(text, printed): (&String, &Printed)| {
+            let Printed { count, place } = *printed;
+            Note { text: text.clone(), count, place }
+        };
+        notes.iter().map(note).collect()
+    }
+
+    /// Forgets where it printed and what it marked: the next city may have nothing there.
+    pub(crate) fn forget_places(&self) {
+        self.file.marks.forget();
+        let mut notes = self.file.notes.lock().unwrap_or_else(PoisonError::into_inner);
+        notes.values_mut().for_each(|printed| printed.place = None);
     }
 
     /// The places in metres that it marked, by x, then y.
@@ -550,7 +591,10 @@ impl Surroundings {
 
     /// What the rules that are shared printed, with how often where that was more than once.
     pub fn notes(&self) -> Vec<String> {
-        let told = |(text, count): (String, u64)| if count > 1 { format!("{text} ({count} times)") } else { text };
+        let told = |note: Note| match note.count {
+            count if count > 1 => format!("{} ({count} times)", note.text),
+            _ => note.text,
+        };
         let rules = self.rules.iter().flat_map(|rules| {
             rules.lock().unwrap_or_else(PoisonError::into_inner).values().cloned().collect::<Vec<_>>()
         });
@@ -571,7 +615,7 @@ fn listen(engine: &mut Engine, notes: Notes) {
     let write = move |text: String| {
         crate::effects::noted();
         let mut notes = notes.lock().unwrap_or_else(PoisonError::into_inner);
-        *notes.entry(text).or_default() += 1;
+        notes.entry(text).or_default().again(crate::effects::place());
         if notes.len() > MOST_NOTES {
             notes.pop_last();
         }

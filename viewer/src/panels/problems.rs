@@ -1,5 +1,6 @@
 //! What is wrong in scripts and rules, each with its place.
 
+use super::called;
 use super::source::Place;
 use crate::state::{Command, State};
 use city::{ChangesError, FaultReport};
@@ -44,7 +45,14 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
         ui.label(format!("warning: {warning}"));
     }
     for print in &report.prints {
-        ui.label(RichText::new(format!("{}: {}", print.rule, print.text)).monospace());
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new(print.to_string()).monospace());
+            if let Some(at) = print.place
+                && called(ui.small_button("Show on the map"), &format!("Show {} on the map", print.text)).clicked()
+            {
+                state.commands.push(Command::ShowPlace(at));
+            }
+        });
     }
 }
 

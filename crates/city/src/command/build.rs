@@ -323,9 +323,8 @@ fn tell(arguments: &BuildArguments, Written { report, files }: &Written, texts: 
     for warning in report.warnings.iter().take(20).filter(|_| !arguments.quiet) {
         eprintln!("   warning  {warning}");
     }
-    let times = |count: u64| if count > 1 { format!(" ({count} times)") } else { String::new() };
     for print in report.prints.iter().take(20).filter(|_| !arguments.quiet) {
-        eprintln!("   print    {}: {}{}", print.rule, print.text, times(print.count));
+        eprintln!("   print    {print}");
     }
     faults::tell(&report.faults, texts);
     if report.has_faults() { Status::Faults } else { Status::Done }

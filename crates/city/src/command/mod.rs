@@ -94,7 +94,8 @@ struct BuildArguments {
     /// Draws the streets after these derivation steps too, as map-step-28.svg and .png: steps count through all stages.
     #[arg(long, value_name = "STEP,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
     steps: Vec<u32>,
-    /// Says, once it is built, step by step how something came to be: the first digits of its id in layout.geojson do.
+    /// Says, once it is built, step by step how something came to be: by the first digits of its id in layout.geojson, or by the
+    /// place X,Y where it lies.
     #[arg(long, value_name = "ID", conflicts_with = "json")]
     trace: Option<String>,
     /// Colours the streets of the map by what they are or by the ground they run on, with a legend.
@@ -288,7 +289,7 @@ struct StatsArguments {
 struct WhyArguments {
     /// A layout.geojson that `plat build` wrote.
     layout: PathBuf,
-    /// The id of a street, crossing, quarter, block, parcel or building in it; its first digits do.
+    /// The id of a street, crossing, quarter, block, parcel or building in it, whose first digits do; or a place X,Y in metres.
     id: String,
     /// The city that the layout was built from, where report.json does not say.
     #[arg(long, value_name = "CITY")]

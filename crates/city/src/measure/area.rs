@@ -41,6 +41,12 @@ pub fn place_inside(rings: &[Vec<[f64; 2]>]) -> Option<[f64; 2]> {
     }
 }
 
+/// Whether a place lies in a polygon of closed rings.
+pub fn holds(rings: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> bool {
+    let cuts = rings.iter().flat_map(|ring| ring.windows(2)).filter_map(|side| cut(side, y));
+    cuts.filter(|cut| *cut > x).count() % 2 == 1
+}
+
 /// Half way between the corners next to the polygon's middle height.
 fn level(rings: &[Vec<[f64; 2]>], outer: &[[f64; 2]]) -> Option<f64> {
     let heights = || outer.iter().map(|at| at[1]);
@@ -74,6 +80,10 @@ mod tests {
         let hole = vec![[1.0, 2.0], [3.0, 2.0], [3.0, 8.0], [1.0, 8.0], [1.0, 2.0]];
         assert_eq!(place_inside(&[outer.clone(), hole]), Some([6.5, 5.0]));
         assert_eq!((ring_area(&outer), place_inside(&[])), (100.0, None));
+        let rings = [outer, vec![[1.0, 2.0], [3.0, 2.0], [3.0, 8.0], [1.0, 8.0], [1.0, 2.0]]];
+        let inside = [[0.5, 5.0], [6.5, 5.0], [2.0, 1.0], [2.0, 9.0]];
+        assert!(inside.iter().all(|at| holds(&rings, *at)));
+        assert!([[2.0, 5.0], [-1.0, 5.0], [11.0, 5.0], [5.0, 11.0]].iter().all(|at| !holds(&rings, *at)));
     }
 
     #[test]

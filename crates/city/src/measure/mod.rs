@@ -12,7 +12,7 @@ mod network;
 mod scene;
 mod spread;
 
-pub(crate) use area::{place_inside, ring_area};
+pub(crate) use area::{holds, place_inside, ring_area};
 pub use error::MeasureError;
 pub use judge::{Judged, Range, Ranges, Verdict};
 pub use scene::{Maps, Window};

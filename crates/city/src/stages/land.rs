@@ -7,7 +7,8 @@ use crate::{BuildError, Landmark, Site, Stage, cache};
 use geom::polygon::min_area_box;
 use geom::{Bounds, Digest, Id, Point, Polygon, Vec2};
 use layout::{
-    Block, BlockSource, DivisionStep, Parcel, Parted, Region, Use, buildable, longest_side, part_grounds, recursive_telling,
+    Block, BlockSource, DivisionStep, Parcel, Parted, Region, Use, buildable, longest_side, part_grounds,
+    recursive_telling,
 };
 use rayon::prelude::*;
 use script::{AssignPattern, BlockContext, ParcelChoice, ParcelPattern, RuleKind, ShapeContext};
@@ -207,9 +208,7 @@ pub(crate) fn divide_region(
     match choice {
         Some(ParcelChoice::Recursive(settings)) => {
             match recursive_telling(region, &layout::RecursiveSettings { seed, ..settings }, tell) {
-                Ok(division) => {
-                    DividedRegion { cover, choice, parcels: division.parcels, trimmed: division.trimmed }
-                }
+                Ok(division) => DividedRegion { cover, choice, parcels: division.parcels, trimmed: division.trimmed },
                 // Settings are checked where the rule gives them; what slips through leaves the region whole.
                 Err(_) => undivided(cover, choice, one(Use::Built)),
             }

@@ -1,11 +1,11 @@
 //! A rule asked once more about one element, step by step.
 
 use super::{Answer, Evidence};
+use crate::Cache;
 use crate::progress::{Cancel, Silent};
 use crate::stages::Context;
 use crate::stages::ground::CityGround;
-use crate::Cache;
-use script::{Faults, Rule, RuleKind, Severity, Step, StepKind};
+use script::{Fault, Faults, Rule, RuleKind, Severity, Step, StepKind};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -80,7 +80,10 @@ pub fn asked<D>(
     let (steps, more) = account.take();
     // Warnings are of rules that do nothing anywhere.
     let failed = faults.sorted().into_iter().filter(|fault| fault.severity == Severity::Error);
-    let outcome = failed.map(|fault| format!("the rule failed: {fault}").replace('\n', " ")).collect();
+    let outcome = failed.map(|fault| {
+        let Fault { file, line, column, message, .. } = fault;
+        format!("the rule failed: {file}:{line}:{column}: {message}")
+    });
     let says = DecisionSays {
         about: about.into(),
         rule: rule.name().to_owned(),
@@ -88,7 +91,7 @@ pub fn asked<D>(
         function: kind.form(),
         steps: steps.iter().map(|step| StepSays::of(step, rule.path())).collect(),
         more,
-        outcome,
+        outcome: outcome.collect(),
     };
     (decided, says)
 }

@@ -9,9 +9,7 @@ use crate::stages::{ByPlace, Context, landmarks};
 use buildings::{Envelope, Setbacks, footprint};
 use geom::{Id, Vec2};
 use layout::{Block, DivisionStep, Looked, Parcel, Region, Use};
-use script::{
-    AssignPattern, Assigned, BuildingChoice, BuildingPattern, ParcelChoice, ParcelPattern, Rule, RuleKind,
-};
+use script::{AssignPattern, Assigned, BuildingChoice, BuildingPattern, ParcelChoice, ParcelPattern, Rule, RuleKind};
 use std::sync::Arc;
 
 /// Cuts that are told one by one.
@@ -83,23 +81,15 @@ struct Divided {
 }
 
 impl Divided {
-    fn of(
-        context: &Context,
-        ground: &Arc<CityGround>,
-        rules: &ByPlace<Rule>,
-        block: &Block,
-        region: Region,
-    ) -> Self {
+    fn of(context: &Context, ground: &Arc<CityGround>, rules: &ByPlace<Rule>, block: &Block, region: Region) -> Self {
         let rule = rules.at(block.quarter, &land::district_of(context, &region)).cloned();
         let mut steps = Vec::new();
         let pattern = rule.as_ref().map(|rule| ParcelPattern::new(rule.apart(), Arc::default()));
-        let divided =
-            divide_region(context, ground, pattern.as_ref(), block, &region, &mut |step| steps.push(step));
+        let divided = divide_region(context, ground, pattern.as_ref(), block, &region, &mut |step| steps.push(step));
         let decision = rule.as_ref().filter(|_| divided.cover == Cover::Land).map(|rule| {
             let about = format!("{} m² of the block, without its streets", number(region.polygon.area()));
-            let ask = |rule, faults| {
-                ParcelPattern::new(rule, faults).choose(block_context(context, ground, block, &region))
-            };
+            let ask =
+                |rule, faults| ParcelPattern::new(rule, faults).choose(block_context(context, ground, block, &region));
             asked(rule, RuleKind::Parcels, about, ask).1
         });
         Self { cover: divided.cover, choice: divided.choice, parcels: divided.parcels, steps, rule, decision }
@@ -135,7 +125,10 @@ impl Divided {
                     let [from, to] = ends.map(|end| place_says(end.metres()));
                     let (area, wanted) = (number(area), number(wanted));
                     let side = if parts[0] == piece { "left" } else { "right" };
-                    Some((whole, format!("cut {area} m² (more than {wanted}) from {from} to {to}; it lies {side} of that")))
+                    Some((
+                        whole,
+                        format!("cut {area} m² (more than {wanted}) from {from} to {to}; it lies {side} of that"),
+                    ))
                 }
                 _ => None,
             })
@@ -206,9 +199,8 @@ fn tell_divided(
     }
     let is_asked = divided.cover == Cover::Land && parcel.usage == Use::Built;
     let Some(rule) = rule.filter(|rule| is_asked && rule.kinds().contains(&RuleKind::Assign)) else { return };
-    let ask = |rule, faults| {
-        AssignPattern::new(rule, faults).assign(assigned_shape(context, ground, block.quarter, parcel))
-    };
+    let ask =
+        |rule, faults| AssignPattern::new(rule, faults).assign(assigned_shape(context, ground, block.quarter, parcel));
     let (Assigned { usage, tags }, mut decision) = asked(&rule, RuleKind::Assign, "the parcel", ask);
     let usage = usage.map_or("built on, as divided", crate::export::geojson::use_name);
     let tags = if tags.is_empty() { String::new() } else { format!(", with the tags {}", tags.join(", ")) };
@@ -232,7 +224,9 @@ fn tell_building(
     match choice {
         BuildingChoice::None => decision.outcome.push("nothing is built".into()),
         BuildingChoice::Extrude(envelope) => {
-            decision.outcome.push(envelope_says(&envelope));
+            let is_stand_in = !decision.outcome.is_empty();
+            let stand_in = || format!("a plain box of {} m stands in for it", number(envelope.height));
+            decision.outcome.push(if is_stand_in { stand_in() } else { envelope_says(&envelope) });
             decision.outcome.extend(limits_say(context, parcel, (about.density, about.max_height), envelope));
         }
     }

@@ -5,6 +5,7 @@ use crate::Until;
 use crate::export::LayoutFile;
 use crate::export::geojson::write_layout;
 use crate::export::layout_file::{Feature, Geometry, parse_layout};
+use crate::measure::holds;
 use geom::Vec2;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -72,12 +73,16 @@ pub struct Found {
     pub place: Vec2,
 }
 
-/// Finds what has an id: a feature, else a whole street by its name id, else the one thing whose id begins so.
+/// Finds what has an id: a feature, else a whole street by its name id, else the one thing whose id begins so. Of a place
+/// (`X,Y` in metres) it finds the smallest thing that lies there.
 ///
 /// # Errors
 /// [`WhyError::Unknown`] when there is nothing, or more than one thing.
 pub fn find(layout: &LayoutFile, id: &str) -> Result<Found, WhyError> {
     let id = id.trim().to_lowercase();
+    if let Some(at) = place_of(&id) {
+        return found_at(layout, at).ok_or_else(|| nowhere(layout, at));
+    }
     if let Some(found) = exact(layout, &id) {
         return Ok(found);
     }
@@ -96,6 +101,73 @@ pub fn find(layout: &LayoutFile, id: &str) -> Result<Found, WhyError> {
         }
         _ => Err(unknown(layout, &id)),
     }
+}
+
+/// The place that `X,Y` tells.
+fn place_of(text: &str) -> Option<[f64; 2]> {
+    let (x, y) = text.split_once(',')?;
+    let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    Some([number(x)?, number(y)?])
+}
+
+/// How close to a crossing, and to a street's middle, a place is meant for it, metres.
+const NEAR: [f64; 2] = [3.0, 10.0];
+
+/// The thing that lies at a place: of several the one that is asked about first.
+fn found_at(layout: &LayoutFile, at: [f64; 2]) -> Option<Found> {
+    let rank = |feature: &Feature| {
+        let kind = Kind::of(feature)?;
+        let order = match (kind, &feature.geometry) {
+            (Kind::Building, Geometry::Polygon(rings)) if holds(rings, at) => 0,
+            (Kind::Crossing, Geometry::Point(point)) if distance(*point, *point, at) <= NEAR[0] => 1,
+            (Kind::Parcel, Geometry::Polygon(rings)) if holds(rings, at) => 2,
+            (Kind::Street, Geometry::LineString(line)) if distance_to_line(line, at) <= NEAR[1] => 3,
+            (Kind::Block, Geometry::Polygon(rings)) if holds(rings, at) => 4,
+            (Kind::Quarter, Geometry::Polygon(rings)) if holds(rings, at) => 5,
+            _ => return None,
+        };
+        let far = match &feature.geometry {
+            Geometry::LineString(line) => distance_to_line(line, at),
+            _ => 0.0,
+        };
+        Some((order, far))
+    };
+    let ranked = layout.features.iter().filter_map(|feature| Some((rank(feature)?, feature)));
+    let (_, nearest) = ranked.min_by(|((a, p), _), ((b, q), _)| a.cmp(b).then(p.total_cmp(q)))?;
+    exact(layout, nearest.properties.id.as_deref()?)
+}
+
+fn distance_to_line(line: &[[f64; 2]], at: [f64; 2]) -> f64 {
+    line.windows(2).map(|pair| distance(pair[0], pair[1], at)).fold(f64::INFINITY, f64::min)
+}
+
+/// Metres from a place to a straight line between two others.
+fn distance(from: [f64; 2], to: [f64; 2], at: [f64; 2]) -> f64 {
+    let [from, to, at] = [from, to, at].map(Vec2::from_array);
+    let along = to - from;
+    let share = ((at - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    at.distance(from + along * share)
+}
+
+fn nowhere(layout: &LayoutFile, [x, y]: [f64; 2]) -> WhyError {
+    let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    for feature in &layout.features {
+        let places: Vec<[f64; 2]> = match &feature.geometry {
+            Geometry::Point(at) => vec![*at],
+            Geometry::LineString(line) => line.clone(),
+            Geometry::Polygon(rings) => rings.concat(),
+            Geometry::Nothing | Geometry::Other(_) => Vec::new(),
+        };
+        for place in places.into_iter().map(Vec2::from_array) {
+            (low, high) = (low.min(place), high.max(place));
+        }
+    }
+    let hint = if low.is_finite() {
+        format!("it reaches from ({:.0}, {:.0}) to ({:.0}, {:.0}) m", low.x, low.y, high.x, high.y)
+    } else {
+        "it is empty".into()
+    };
+    WhyError::Unknown { message: format!("nothing of this layout lies at ({x}, {y})"), hint }
 }
 
 fn ids(layout: &LayoutFile) -> impl Iterator<Item = &str> {

@@ -17,3 +17,4 @@ mod stats;
 mod traced;
 mod watch;
 mod why;
+mod why_steps;

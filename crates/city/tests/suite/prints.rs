@@ -39,10 +39,19 @@ fn what_rules_print_is_told() {
     let [print] = &report["prints"].as_array().expect("prints")[..] else { panic!("{report}") };
     assert!(print["rule"].as_str().is_some_and(|rule| rule.ends_with("mine.rhai")), "{print}");
     assert_eq!(print["text"], "asked");
+    // It is told where, so that one can ask what was decided there.
+    let [x, y] = [0, 1].map(|i| print["place"][i].as_f64().expect("a place"));
+    let mut why = Command::new(env!("CARGO_BIN_EXE_plat"));
+    let why = why.arg("why").arg(path("out/layout.geojson")).arg(format!("{x},{y}")).output().expect("plat runs");
+    assert!(String::from_utf8_lossy(&why.stdout).contains("line 5    print: asked"), "{why:?}");
     // A block that is all street is not asked.
     let (asked, blocks) = (print["count"].as_u64(), report["counts"]["blocks"].as_u64());
     assert!(asked > Some(1) && asked <= blocks, "{report}");
     assert!(report["counts"]["parcels"].as_u64() > report["counts"]["blocks"].as_u64(), "blocks are divided: {report}");
-    assert!(told.contains("mine.rhai: asked (") && !told.contains("never"), "{told}");
+    assert!(
+        told.contains(&format!("mine.rhai: asked ({} times, first at ({x:.1}, {y:.1}))", asked.unwrap_or(0)))
+            && !told.contains("never"),
+        "{told}"
+    );
     assert!(!build(&["--quiet"]).contains("asked"));
 }

@@ -186,6 +186,10 @@ fn ids_may_be_cut_and_misspelt() {
     let whole = id(&streets[0]);
     assert_eq!(place.answer(&whole[..12])["id"], whole);
     check(&place.why(&format!("{}zz", &whole[..8]), &[]), 2, &["has the id", "did you mean", whole]);
+    // A place will do, too: that of the street's middle, and one that nothing is at.
+    let [x, y] = [0, 1].map(|i| place.answer(whole)["place"][i].as_f64().expect("a number"));
+    assert_eq!(place.answer(&format!("{}, {}", x + 0.4, y))["id"], whole);
+    check(&place.why("5000,20", &[]), 2, &["nothing of this layout lies at (5000, 20)", "it reaches from (100, 100)"]);
     check(&place.why("town hall", &[]), 2, &["has the id", "of kind street", "of kind crossing"]);
     let output = place.why("town hall", &["--json"]);
     let error: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");

@@ -29,11 +29,7 @@ enum Aim {
 
 impl<'a> Lots<'a> {
     /// The pieces of a map.
-    pub fn new(
-        map: &'a mut LandMap,
-        settings: &'a RecursiveSettings,
-        tell: &'a mut dyn FnMut(DivisionStep),
-    ) -> Self {
+    pub fn new(map: &'a mut LandMap, settings: &'a RecursiveSettings, tell: &'a mut dyn FnMut(DivisionStep)) -> Self {
         let measures = (0..map.faces.len() as u32).map(|face| Measure::of_face(map, face)).collect();
         Self { map, settings, measures, tell }
     }

@@ -148,7 +148,8 @@ fn plain(value: &Dynamic) -> String {
         return format!("[{}{more}]", said.join(", "));
     }
     if let Some(map) = value.read_lock::<Map>() {
-        let said: Vec<String> = map.iter().take(MOST_VALUES).map(|(key, value)| format!("{key}: {}", element(value))).collect();
+        let said: Vec<String> =
+            map.iter().take(MOST_VALUES).map(|(key, value)| format!("{key}: {}", element(value))).collect();
         return format!("#{{ {} }}", said.join(", "));
     }
     if value.is_int() || value.is_bool() || value.is_char() {
@@ -175,7 +176,11 @@ fn place_says(at: Vec2) -> String {
 /// A number with six digits that count.
 fn number_says(number: f64) -> String {
     if !number.is_finite() {
-        return if number.is_nan() { "not a number".into() } else { format!("{}endless", if number < 0.0 { "-" } else { "" }) };
+        return if number.is_nan() {
+            "not a number".into()
+        } else {
+            format!("{}endless", if number < 0.0 { "-" } else { "" })
+        };
     }
     let digits = if number == 0.0 { 0 } else { libm::log10(number.abs()).floor() as i32 };
     let decimals = usize::try_from(5 - digits).unwrap_or(0).min(12);

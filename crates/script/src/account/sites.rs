@@ -253,7 +253,8 @@ impl Finder<'_> {
         }
         let call = format!("{TELL}({}, ", self.first + self.sites.len());
         // What stands right before may be a word.
-        let call = if self.places.text[..from].ends_with(|c: char| c.is_alphanumeric()) { format!(" {call}") } else { call };
+        let call =
+            if self.places.text[..from].ends_with(|c: char| c.is_alphanumeric()) { format!(" {call}") } else { call };
         let opens = Order::Opens(std::cmp::Reverse(to - from));
         self.inserts.push(Insert { at: from, order: opens, text: call });
         self.inserts.push(Insert { at: to, order: Order::Closes, text: ")".into() });
@@ -328,7 +329,8 @@ fn end_of_chain(text: &str, from: usize) -> usize {
 fn start_of_path(text: &str, name: usize) -> usize {
     let mut from = name;
     while let Some(before) = text[..from].strip_suffix("::") {
-        let word = before.rfind(|c| !is_of_word(c)).map_or(0, |at| at + before[at..].chars().next().map_or(1, char::len_utf8));
+        let word =
+            before.rfind(|c| !is_of_word(c)).map_or(0, |at| at + before[at..].chars().next().map_or(1, char::len_utf8));
         from = word;
     }
     from

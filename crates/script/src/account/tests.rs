@@ -1,5 +1,7 @@
 use super::*;
-use crate::{BlockContext, BuildingPattern, Faults, Host, Library, ParcelPattern, Rule, RuleKind, ShapeContext, StreetPattern};
+use crate::{
+    BlockContext, BuildingPattern, Faults, Host, Library, ParcelPattern, Rule, RuleKind, ShapeContext, StreetPattern,
+};
 use geom::{Bounds, Point, Seed};
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -110,7 +112,8 @@ fn compare<D: PartialEq + fmt::Debug>(rule: &Rule, ask: impl Fn(Rule, Arc<Faults
 #[test]
 fn telling_takes_nothing_of_what_a_rule_may_do() {
     // 99,000 operations and more, most of which would be told.
-    let text = "fn build(shape, p) {\n    let n = 0;\n    while shape.area > n { n += 0.04; }\n    shape.extrude(n);\n}";
+    let text =
+        "fn build(shape, p) {\n    let n = 0;\n    while shape.area > n { n += 0.04; }\n    shape.extrude(n);\n}";
     let choose = |rule: Rule| {
         let faults = Arc::new(Faults::default());
         let choice = BuildingPattern::new(rule, faults.clone()).choose(ShapeContext::bare(300.0, Seed(1)));

@@ -1,5 +1,6 @@
 //! Calling a rule's function a million times: everything that one call leaves behind for the next is kept.
 
+use crate::effects::AskedAt;
 use crate::fault::{Complaint, Fault, Refusal};
 use crate::param::Params;
 use crate::rule::{Entry, Rule, RuleKind, Stage};
@@ -74,6 +75,7 @@ impl<C: Located + Send + 'static> Caller<C> {
     /// Calls the function with a context, and gives the context back as the function left it.
     pub fn call(&self, context: C) -> Result<C, Box<Fault>> {
         let mut desk = self.take_desk();
+        let _asked = AskedAt::place(context.place());
         let params =
             if self.params.differ() { Dynamic::from(self.params.at(context.place())) } else { self.everywhere.clone() };
         *desk.handle.lock() = Some(context);

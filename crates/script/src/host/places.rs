@@ -25,7 +25,6 @@ impl<'a> Places<'a> {
     }
 }
 
-
 /// How far a text goes until a letter that ends it stands outside of brackets, texts and comments; all of it where there is
 /// none. A `{` after `#` begins a map and ends nothing.
 pub(crate) fn until(text: &str, ends: &[char]) -> usize {
@@ -88,7 +87,9 @@ mod tests {
         ] {
             assert_eq!(&text[..until(text, ends)], wanted, "{text}");
         }
-        for (text, wanted) in [("a // ;\n ;", "a"), ("f(b /* c */) /* d */ // e\n;", "f(b /* c */)"), ("`a;` ;", "`a;`")] {
+        for (text, wanted) in
+            [("a // ;\n ;", "a"), ("f(b /* c */) /* d */ // e\n;", "f(b /* c */)"), ("`a;` ;", "`a;`")]
+        {
             assert_eq!(&text[..code_until(text, &[';'])], wanted, "{text}");
         }
     }

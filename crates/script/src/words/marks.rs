@@ -24,6 +24,11 @@ impl Marks {
         marks.iter().map(|&(x, y)| Vec2::new(x as f64, y as f64) / PARTS).collect()
     }
 
+    /// Forgets them.
+    pub fn forget(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
     fn take(&self, at: Vec2) -> Result<(), Complaint> {
         if !at.is_finite() || at.abs().max_element() > 1e6 {
             return Err(Complaint::new("a mark cannot lie more than 1000 km away"));

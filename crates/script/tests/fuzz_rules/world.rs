@@ -276,7 +276,10 @@ impl World {
             return if error.message.is_empty() { Err("an error without words".into()) } else { Ok(()) };
         }
         self.ask_plan(&plan, judge)?;
-        plan.roles().into_iter().filter(|(_, rule)| rule.path() == FILE).try_for_each(|(_, rule)| self.ask(rule, judge).map(drop))
+        plan.roles()
+            .into_iter()
+            .filter(|(_, rule)| rule.path() == FILE)
+            .try_for_each(|(_, rule)| self.ask(rule, judge).map(drop))
     }
 
     fn ask_plan(&self, plan: &Plan, judge: &mut Judge<'_>) -> Result<(), String> {

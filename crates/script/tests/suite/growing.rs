@@ -255,7 +255,7 @@ fn tips_sense_where_they_are() {
     let density = map(1000.0, |p| 900.0 / (1.0 + (p - peak).length_squared() / 1e4));
     let fields = Fields { density, elevation: map(1000.0, |p| 0.08 * p.y), ..land(1000.0) };
     let grown = grown(&rule, fields, Vec2::splat(500.0));
-    let notes: Vec<String> = rule.notes().into_iter().map(|(text, _)| text).collect();
+    let notes: Vec<String> = rule.notes().into_iter().map(|note| note.text).collect();
     // Peaks are found to a cell of 1/64 of the site, here one of the map's 20 m. A branch is tested at step 2, its next
     // piece at 4, and the rule is asked there at 5.
     let wanted =

@@ -1,8 +1,9 @@
 //! The policy of the rule language: what scripts cannot do, and how they are told.
 
 use crate::common::{city, headline, rule, rule_among, shelf, source, tip};
+use geom::{Point, Vec2};
 use proptest::prelude::*;
-use script::{Fault, Faults, Rule, StreetPattern};
+use script::{Fault, Faults, Note, Rule, StreetPattern};
 use std::sync::Arc;
 use streets::Classes;
 use streets::growth::{GrowthRules, Slots, Tip};
@@ -249,8 +250,11 @@ fn equal_faults_are_one_with_a_count() {
 fn what_rules_print_is_kept_with_counts() {
     let rule = rule("fn propose(tip, p) { print(\"here \" + tip.age); }").expect("loads");
     let (pattern, _) = pattern(rule.clone());
-    (0..3).for_each(|_| pattern.propose(&mut tip(0.0)));
-    assert_eq!(rule.notes(), [("here 3".to_owned(), 3)]);
+    let places = [3.0, 1.0, 2.0].map(|x| Vec2::new(x, 5.0 - x));
+    for place in places {
+        pattern.propose(&mut Tip { at: Point::from_metres(place), ..tip(0.0) });
+    }
+    assert_eq!(rule.notes(), [Note { text: "here 3".into(), count: 3, place: Some(places[1]) }]);
 }
 
 #[test]

@@ -108,6 +108,17 @@ fn rules_of_the_tour_run() {
 }
 
 #[test]
+fn the_steps_in_the_tour_are_those_of_its_rule() {
+    let shown = snippets("text").into_iter().find(|text| text.contains("was asked about")).expect("it is shown");
+    let shown: Vec<&str> = shown.lines().filter_map(|line| line.strip_prefix("  line ")).collect();
+    let text = snippets("rhai").into_iter().find(|text| text.contains("fn wander(tip)")).expect("the rule before it");
+    let (rule, account) = rule(&text).expect("it loads").telling();
+    StreetPattern::new(rule, 0, Arc::default(), Arc::default()).propose(&mut tip(20.0));
+    let told: Vec<String> = account.take().0.iter().map(|step| format!("{:<4} {step}", step.line)).collect();
+    assert_eq!(shown, told);
+}
+
+#[test]
 fn cities_of_the_tour_run() {
     let snippets = snippets("rhai city");
     assert_eq!(snippets.len(), 8);
