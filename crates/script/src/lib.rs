@@ -29,6 +29,7 @@ pub use digest::PlanDigests;
 pub use effects::heard;
 pub use fault::{Call, Fault, Faults, Severity};
 pub use host::{Embedded, LIBRARY, Library, Source, Texts};
+pub use names::nearest;
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};
 pub use pattern::{PatternPart, PatternPlan, WeightPlan};
 pub use plan::{

@@ -5,7 +5,7 @@ const LONGEST: usize = 100;
 
 /// The name of `present` most like `wanted`, if any is near: few letters changed, or one starts with the other. Of equally
 /// near names the first in alphabetical order.
-pub(crate) fn nearest<'a>(wanted: &str, present: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn nearest<'a>(wanted: &str, present: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if wanted.len() > LONGEST {
         return None;
     }

@@ -111,9 +111,21 @@ fn loaded(arguments: &BuildArguments) -> Result<Loaded, Failure> {
     Ok(loaded)
 }
 
+/// Why maps and streets cannot be read, as a failure: the command line is to blame where it is well without what that changes.
+fn unread(arguments: &BuildArguments, loaded: &Loaded, error: &LoadError) -> Failure {
+    let preset = arguments.preset.iter().map(|preset| format!("--preset {preset}"));
+    let changes: Vec<String> = preset.chain(arguments.set.iter().map(|set| format!("--set {set}"))).collect();
+    let LoadError::Value { error: value, .. } = error else { return failed(error) };
+    let plain = || load(&loaded.script, arguments.rules.as_deref()).and_then(|loaded| loaded.read()).is_ok();
+    if changes.is_empty() || !plain() {
+        return failed(error);
+    }
+    Failure::new(Status::Usage, format!("{}: {}", changes.join(" "), param(value)))
+}
+
 /// The maps and streets that it names.
 fn sources(arguments: &BuildArguments, loaded: &Loaded, cache: &Cache) -> Result<Sources, Failure> {
-    let sources = loaded.read_with(cache).map_err(|error| failed(&error))?;
+    let sources = loaded.read_with(cache).map_err(|error| unread(arguments, loaded, &error))?;
     check_colours(arguments, &sources)?;
     warn_of_size(arguments, &sources);
     Ok(sources)

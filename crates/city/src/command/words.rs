@@ -33,10 +33,11 @@ pub fn run(arguments: &WordsArguments) -> Result<Status, Failure> {
         println!();
     }
     if count == 0 {
-        return Err(Failure::new(
-            Status::Usage,
-            format!("no word has `{wanted}` in its name\n  hint: plat words lists all"),
-        ));
+        let known: Vec<String> =
+            reference().into_iter().flat_map(|chapter| chapter.words).map(|word| word.name).collect();
+        let near = script::nearest(wanted, known.iter().map(String::as_str));
+        let help = near.map_or("plat words lists all".to_owned(), |near| format!("did you mean `{near}`?"));
+        return Err(Failure::new(Status::Usage, format!("no word has `{wanted}` in its name\n  hint: {help}")));
     }
     Ok(Status::Done)
 }

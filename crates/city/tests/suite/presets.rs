@@ -1,6 +1,8 @@
 //! Presets: laid on a city, a class, a district and a quarter, from scripts and from the command line.
 
 use crate::common::build::{faultless, try_build};
+use crate::common::check;
+use crate::common::command::plat;
 use city::{Loaded, PresetError, Until, load};
 use std::collections::BTreeMap;
 use std::fs;
@@ -157,4 +159,20 @@ fn the_library_has_presets_that_grow_and_show_what_they_make() {
             path.display()
         );
     }
+}
+
+#[test]
+fn what_the_command_line_changes_is_its_own_mistake() {
+    let place = place(PLAIN);
+    let build = |more: &[&str]| plat(place.path(), &[&["build", ".", "-o", "out", "--quiet"], more].concat());
+    let wrong = "district:wets=mine";
+    check(&build(&["--preset", wrong]), 2, &["--preset district:wets=mine", "did you mean `west`?"]);
+    assert!(!place.path().join("out").exists(), "nothing is left behind");
+    // What is wrong without it is the script's.
+    let script = fs::read_to_string(place.path().join("city.rhai")).expect("a script");
+    let broken = script.replace("block_length: 120", "block_length: by_district(#{ wets: 90 }, 120)");
+    assert_ne!(script, broken);
+    fs::write(place.path().join("city.rhai"), broken).expect("written");
+    check(&build(&["--preset", "minors=mine", "--set", "buildings.low=2"]), 0, &[]);
+    check(&build(&["--set", "buildings.low=2"]), 3, &["city.rhai", "did you mean `west`?"]);
 }

@@ -1,5 +1,6 @@
 //! What rule writers work with beside the build: `plat check`, `plat rules`, `plat new`.
 
+use crate::common::check;
 use crate::common::command::{place, plat, write};
 use serde_json::Value;
 use std::fs;
@@ -54,6 +55,14 @@ fn new_things_are_sound_and_work() {
         let count = |what: &str| built["report"]["counts"][what].as_u64().unwrap_or(0);
         assert!(count("streets") > 50 && count("buildings") > 100, "{name}: {}", built["report"]["counts"]);
     }
+}
+
+#[test]
+fn a_word_that_is_not_there_has_one_like_it() {
+    let place = place(&[]);
+    assert!(expect(place.path(), &["words", "ahead"], 0).contains("tip.ahead(80)"));
+    check(&plat(place.path(), &["words", "ahaed"]), 2, &["did you mean `ahead`?"]);
+    check(&plat(place.path(), &["words", "zzzzzz"]), 2, &["plat words lists all"]);
 }
 
 #[test]

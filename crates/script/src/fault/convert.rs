@@ -1,6 +1,6 @@
 //! From Rhai's errors to faults: the innermost file and position, plain words, a hint.
 
-use super::{Call, Complaint, Fault, plural, text};
+use super::{Call, Complaint, Fault, foreign, plural, text};
 use crate::host::{Texts, Vocabulary};
 use crate::names::{hint, nearest};
 use crate::rule::RuleKind;
@@ -214,7 +214,13 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
             let help = format!(
                 "the language keeps this word: choose another name; as a key of a map it stands in quotes, \"{word}\""
             );
+            let help = foreign::instead(word).map_or(help, str::to_owned);
             Complaint::new(format!("there is no `{word}`")).hint(help)
+        }
+        ParseErrorType::Reserved(symbol) | ParseErrorType::UnknownOperator(symbol)
+            if let Some((message, help)) = foreign::symbol(symbol) =>
+        {
+            Complaint::new(message).hint(help)
         }
         ParseErrorType::PropertyExpected => match not_a_name(diagnosis, file, at, "a property") {
             words if words.hint.as_ref().is_some_and(|hint| hint.starts_with("`import`")) => {
@@ -225,7 +231,21 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
         ParseErrorType::UnknownOperator(symbol) if symbol.starts_with("**") => powers_are_a_function(),
         ParseErrorType::VariableExpected => not_a_name(diagnosis, file, at, "a variable"),
         ParseErrorType::FnMissingName => not_a_name(diagnosis, file, at, "a function"),
-        ParseErrorType::MissingToken(wanted, _) => missing_token(wanted, kind, diagnosis, file),
+        ParseErrorType::MissingToken(wanted, _) => missing_token(wanted, kind, diagnosis, file, at),
+        ParseErrorType::ExprTooDeep => Complaint::new("brackets or blocks are nested too deeply here")
+            .hint("give a part of it a name on a line before, let part = …;, or a function of its own"),
+        ParseErrorType::BadInput(LexError::UnexpectedInput(letters)) if letters.chars().all(char::is_alphabetic) => {
+            Complaint::new(format!("a name cannot have `{letters}`"))
+                .hint("names are made of the letters a to z, digits and `_`; texts may have all letters")
+        }
+        ParseErrorType::BadInput(LexError::MalformedChar(_)) => {
+            Complaint::new("this is neither one letter nor a text").hint("texts stand in double quotes: \"old town\"")
+        }
+        ParseErrorType::BadInput(LexError::ImproperSymbol(symbol, _))
+            if let Some((message, help)) = foreign::symbol(symbol) =>
+        {
+            Complaint::new(message).hint(help)
+        }
         ParseErrorType::BadInput(LexError::UnterminatedString) => {
             Complaint::new("this text has no end").hint("close it with the same quote in the same line")
         }
@@ -245,9 +265,7 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
 
 fn not_a_name(diagnosis: &Diagnosis<'_>, file: &str, at: Position, what: &str) -> Words {
     let text = diagnosis.texts.get(file).unwrap_or_default();
-    let (line, column) = (at.line().unwrap_or(0), at.position().unwrap_or(0));
-    let row = text.lines().nth(line.wrapping_sub(1)).unwrap_or_default();
-    let from = row.char_indices().nth(column.saturating_sub(1)).map_or("", |(start, _)| &row[start..]);
+    let from = text::from_place(&text, at.line().unwrap_or(0), at.position().unwrap_or(0));
     let complaint = Complaint::new(format!("expecting the name of {what}"));
     match text::identifiers(from).next().filter(|word| from.starts_with(word)) {
         Some(word) => complaint.hint(format!("`{word}` is a word of the language: choose another name")),
@@ -255,8 +273,17 @@ fn not_a_name(diagnosis: &Diagnosis<'_>, file: &str, at: Position, what: &str) -
     }
 }
 
-fn missing_token(wanted: &str, kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+fn missing_token(wanted: &str, kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Position) -> Words {
     let complaint = Complaint::new(lower_first(&kind.to_string()));
+    let text = diagnosis.texts.get(file).unwrap_or_default();
+    let rest = text::from_place(&text, at.line().unwrap_or(0), at.position().unwrap_or(0));
+    let word = text::identifiers(rest).next().filter(|word| rest.starts_with(word));
+    if let Some(help) = word.and_then(foreign::instead) {
+        return complaint.hint(help);
+    }
+    if kind.to_string().contains("iteration variable") {
+        return complaint.hint("a loop is written for i in 0..3 { … }");
+    }
     let opens = match wanted {
         ";" => return complaint.hint("end the statement before this place with `;`"),
         "}" => '{',
@@ -289,11 +316,16 @@ fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
         return Complaint::new(format!("there is no `{name}` of {sides}")).hint(help);
     }
     if forms.is_empty() {
-        let near = nearest(name, vocabulary.functions()).map(|name| format!("did you mean `{name}`?"));
-        return Complaint::new(format!("there is no function `{name}`")).maybe_hint(near);
+        return Complaint::new(format!("there is no function `{name}`")).maybe_hint(function_like(name, vocabulary));
     }
     let given = plain_types(given);
     Complaint::new(format!("`{name}` does not take ({given})")).hint(format!("it is written {}", forms.join(" or ")))
+}
+
+/// What a function may be called that is not there.
+pub(crate) fn function_like(name: &str, vocabulary: &Vocabulary) -> Option<String> {
+    let near = || nearest(name, vocabulary.functions()).map(|name| format!("did you mean `{name}`?"));
+    foreign::instead(name).map(str::to_owned).or_else(near)
 }
 
 fn unknown_variable(name: &str, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
@@ -309,6 +341,7 @@ fn unknown_variable(name: &str, diagnosis: &Diagnosis<'_>, file: &str) -> Words 
     let help = match (asked, near) {
         (Some(kind), _) => format!("it is an argument: write `fn {}`", kind.form()),
         (None, Some(near)) => format!("did you mean `{near}`?"),
+        (None, None) if let Some(help) = foreign::instead(name) => help.into(),
         (None, None) => "a function sees only its arguments and, as `global::NAME`, the constants of its file".into(),
     };
     Complaint::new(format!("there is no variable `{name}` here")).hint(help)

@@ -157,6 +157,12 @@ fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
+/// What stands from a line and a column on, both from 1, to the end of the line; nothing where there is no such place.
+pub(super) fn from_place(text: &str, line: usize, column: usize) -> &str {
+    let row = text.lines().nth(line.wrapping_sub(1)).unwrap_or_default();
+    row.char_indices().nth(column.saturating_sub(1)).map_or("", |(start, _)| &row[start..])
+}
+
 /// The identifiers of a text, in order.
 pub(super) fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !is_word(c)).filter(|word| word.starts_with(|c: char| c.is_alphabetic() || c == '_'))

@@ -1,8 +1,8 @@
 //! What can be found wrong in a script before it runs. Rhai itself finds it only when it is reached.
 
 use super::{Closures, Vocabulary};
-use crate::fault::{Fault, key_position, plural};
-use crate::names::{hint, nearest};
+use crate::fault::{Fault, function_like, key_position, plural};
+use crate::names::hint;
 use rhai::{AST, ASTNode, Expr, FnCallExpr, Map, Position, Stmt};
 use std::collections::BTreeSet;
 
@@ -20,8 +20,8 @@ pub(crate) fn unknown_words(ast: &AST, file: &str, words: &Vocabulary) -> Vec<Fa
         if !is_plain(called.call) || words.has_function(name) {
             return None;
         }
-        let near = nearest(name, words.functions()).map(|name| format!("did you mean `{name}`?"));
-        Some(at(called.at, Fault::new(file, format!("there is no function `{name}`")).with_hint(near)))
+        let help = function_like(name, words);
+        Some(at(called.at, Fault::new(file, format!("there is no function `{name}`")).with_hint(help)))
     })
 }
 
@@ -74,8 +74,8 @@ pub(crate) fn unknown_properties(
             && let Some((name, place)) = property_of(&dot.rhs)
             && !known.contains(name)
         {
-            let near = nearest(name, known.iter().copied()).map(|name| format!("did you mean `{name}`?"));
-            faults.push(at(place, Fault::new(file, format!("{variable} has no `{name}`")).with_hint(near)));
+            let help = hint(name, known.iter().copied());
+            faults.push(at(place, Fault::new(file, format!("{variable} has no `{name}`")).with_hint(help)));
         }
         true
     };

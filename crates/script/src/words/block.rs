@@ -7,7 +7,7 @@ use crate::fault::{Complaint, Faults, Refusal};
 use crate::host::{Caller, Handle, Located};
 use crate::rule::{Rule, RuleKind};
 use geom::{Seed, Vec2};
-use layout::{Inner, RecursiveSettings, Squared};
+use layout::{Inner, RecursiveSettings, SettingsError, Squared};
 use rhai::{Engine, FuncRegistration, Map};
 use std::sync::Arc;
 
@@ -185,8 +185,21 @@ fn recursive(options: Map, seed: Seed) -> Result<RecursiveSettings, Complaint> {
         inner: word(&mut options, "inner", &INNER)?.unwrap_or(default.inner),
         seed,
     };
-    settings.check().map_err(|error| Complaint::new(error.to_string()))?;
+    settings.check().map_err(|error| complaint_of(&error))?;
     Ok(settings)
+}
+
+/// Which option is to blame, and what it is where it is not told.
+fn complaint_of(error: &SettingsError) -> Complaint {
+    let default = RecursiveSettings::default();
+    match error {
+        SettingsError::OutOfRange { name, .. } => Complaint::new(error.to_string()).key(*name),
+        SettingsError::AreasCrossed { .. } => {
+            let (least, most) = (default.least_area, default.most_area);
+            let help = format!("what is not told is as it is usual: least_area {least} m², most_area {most} m²");
+            Complaint::new(error.to_string()).hint(help).key("least_area")
+        }
+    }
 }
 
 /// The options of `recursive`.

@@ -8,6 +8,7 @@ use city::watch::WatchError;
 use city::{Cache, Cancel, Loaded, Watch, export};
 use geom::Id;
 use script::Texts;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -115,6 +116,22 @@ impl Interrupt {
     }
 }
 
+/// The names of files that changed, without those that editors keep beside them.
+fn names_of(changed: &BTreeSet<PathBuf>) -> String {
+    let names = changed.iter().filter_map(|path| Some((path, path.file_name()?.to_string_lossy().into_owned())));
+    let (aside, own): (Vec<_>, Vec<_>) = names.partition(|(path, name)| is_aside(path, name));
+    // Where there is nothing else, these are what is told.
+    let told = if own.is_empty() { aside } else { own };
+    let more = if told.len() > 3 { ", …" } else { "" };
+    let first: Vec<String> = told.into_iter().take(3).map(|(_, name)| name).collect();
+    format!("{}{more}", first.join(", "))
+}
+
+/// Whether a file is an editor's: hidden, a copy from before, or gone again.
+fn is_aside(path: &Path, name: &str) -> bool {
+    name.starts_with('.') || name.ends_with('~') || !path.exists()
+}
+
 /// The folders that the command line tells of.
 fn always_watched(arguments: &BuildArguments) -> impl Iterator<Item = PathBuf> {
     let city = arguments.city.as_path();
@@ -159,9 +176,7 @@ impl Session<'_> {
             // Folders that came and went meanwhile are heard of by their new selves.
             watch.follow(&self.folders).map_err(unwatched)?;
             let Some(changed) = watch.wait() else { return Ok(()) };
-            let names: Vec<_> = changed.iter().filter_map(|path| Some(path.file_name()?.to_string_lossy())).collect();
-            let more = if names.len() > 3 { ", …" } else { "" };
-            self.say(&format!("   changed  {}{more}", names[..names.len().min(3)].join(", ")));
+            self.say(&format!("   changed  {}", names_of(&changed)));
         }
     }
 
@@ -223,5 +238,24 @@ impl Session<'_> {
         let seconds = begin.elapsed().as_secs_f64();
         self.say(&format!("     built  in {seconds:.1} s; watching for changes, Ctrl-C ends"));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn files_of_editors_are_not_told_beside_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        for name in ["a.rhai", "a.rhai~", ".a.rhai.swp", "b.rhai", "c.rhai", "d.rhai"] {
+            fs::write(file(name), "").unwrap();
+        }
+        let told = |names: &[&str]| names_of(&names.iter().map(|name| file(name)).collect());
+        assert_eq!(told(&["4913", ".a.rhai.swp", "a.rhai", "a.rhai~"]), "a.rhai");
+        assert_eq!(told(&["a.rhai", "b.rhai", "c.rhai", "d.rhai"]), "a.rhai, b.rhai, c.rhai, …");
+        assert_eq!(told(&[".a.rhai.swp"]), ".a.rhai.swp");
     }
 }
