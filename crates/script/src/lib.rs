@@ -126,7 +126,8 @@ impl Host {
         }
         // What the whole text is no script for is told once.
         if faults.iter().all(|fault| fault.severity == Severity::Warning) {
-            faults.extend(self.tests_of(name, source, Bench::bare()).err().unwrap_or_default());
+            let tests = self.tests_of(name, source, Bench::bare());
+            faults.extend(tests.map_or_else(|faults| faults, |tests| tests.misnamed_rules()));
         } else {
             faults.sort_by_key(|fault| (fault.line, fault.column));
         }

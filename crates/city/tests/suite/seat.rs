@@ -133,6 +133,9 @@ fn check_finds_everything_in_all_files_at_once() {
     let fourth = "params(#{ most: whole(3), least: whole(1), spare: whole(2) });\n\
                   fn build(shape, p) {\n    shape.extrude(p.most * 3, 1, 2);\n    shape.extrude(p.lest);\n    max(1);\n}\n";
     write(place.path(), "buildings/fourth.rhai", fourth);
+    let tests = "fn test_names() {\n    let a = rule(\"parcels/thrid\");\n    let b = rule(#{ leest: 1 });\n    \
+                 let c = rule(\"streets/grid\", #{ heading: 3, block_lenght: 90 });\n    assert(true);\n}\n";
+    write(place.path(), "parcels/third.test.rhai", tests);
     // A file that others import decides nothing, and need not.
     write(place.path(), "streets/lib/lengths.rhai", "fn of(tip) {\n    tip.age * 80\n}\n");
     let report = json(place.path(), &["check", ".", "--json"], 1);
@@ -145,6 +148,9 @@ fn check_finds_everything_in_all_files_at_once() {
         "error ./buildings/fourth.rhai:4:21",
         "error ./buildings/fourth.rhai:5:5",
         "error ./city.rhai:6:14",
+        "error ./parcels/third.test.rhai:2:13",
+        "error ./parcels/third.test.rhai:3:21",
+        "error ./parcels/third.test.rhai:4:49",
         "error ./streets/first.rhai:2:9",
         "error ./streets/first.rhai:3:9",
         "error ./streets/second.rhai:2:17",
@@ -152,7 +158,7 @@ fn check_finds_everything_in_all_files_at_once() {
         "warning ./buildings/fourth.rhai:1:44",
     ];
     assert_eq!(found, wanted, "{report}");
-    assert_eq!(report["files"], 6);
+    assert_eq!(report["files"], 7);
     for fault in report["faults"].as_array().expect("a list") {
         assert!(fault["hint"].is_string() && fault["length"].as_u64() > Some(0), "{fault}");
     }

@@ -17,7 +17,7 @@ pub(crate) use streets::{rule_of, streets as street_plan};
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
 use crate::host::{
-    Closures, LIBRARY, Limits, Resolver, Source, Spending, Vocabulary, engine, first_call, miscounted_calls,
+    Closures, LIBRARY, Limits, NamedRule, Resolver, Source, Spending, Vocabulary, engine, first_call, miscounted_calls,
     named_rules, unknown_words,
 };
 use crate::plan::Plan;
@@ -139,7 +139,8 @@ fn run(
 fn in_rules(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
     let mut seen = BTreeSet::new();
     let mut faults = Vec::new();
-    for (name, at) in named_rules(ast) {
+    for NamedRule { name, at, .. } in named_rules(ast, &source.text) {
+        let Some(name) = name else { continue };
         match around.shelves.read(&name) {
             Err(fault) => {
                 let complaint = missing_rule(fault);
@@ -160,7 +161,7 @@ fn in_rules(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
     faults
 }
 
-fn missing_rule(fault: Fault) -> Complaint {
+pub(crate) fn missing_rule(fault: Fault) -> Complaint {
     Complaint::new(format!("rule \"{}\": {}", fault.file, fault.message)).maybe_hint(fault.hint)
 }
 

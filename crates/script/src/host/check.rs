@@ -202,16 +202,30 @@ pub(crate) fn first_call(ast: &AST, name: &str) -> Option<Position> {
     found
 }
 
-/// The names of rules that a city script loads by a written name, with where.
-pub(crate) fn named_rules(ast: &AST) -> Vec<(String, Position)> {
+/// A rule that a script loads by a written name, or a test as its own.
+pub(crate) struct NamedRule {
+    /// None for a test's own.
+    pub name: Option<String>,
+    /// Where.
+    pub at: Position,
+    /// The parameters that are written with it, each with its line and column.
+    pub keys: Vec<(String, (u32, u32))>,
+}
+
+/// The rules that a script loads.
+pub(crate) fn named_rules(ast: &AST, text: &str) -> Vec<NamedRule> {
     let mut found = Vec::new();
     ast.walk(&mut |path: &[ASTNode<'_>]| {
-        if let Some(called) = path.last().and_then(called)
-            && called.call.name == "rule"
-            && let Some(Expr::StringConstant(name, _)) = called.call.args.first()
-        {
-            found.push((name.to_string(), called.at));
-        }
+        let Some(called) = path.last().and_then(called).filter(|called| called.call.name == "rule") else {
+            return true;
+        };
+        let (name, values) = match &called.call.args[..] {
+            [Expr::StringConstant(name, _), values @ ..] => (Some(name.to_string()), values),
+            [Expr::Map(..) | Expr::DynamicConstant(..)] | [] => (None, &called.call.args[..]),
+            _ => return true,
+        };
+        let keys = values.first().map_or_else(Vec::new, |values| keys_of(values, text));
+        found.push(NamedRule { name, at: called.at, keys });
         true
     });
     found

@@ -14,7 +14,7 @@ mod vocabulary;
 
 pub(crate) use call::{Caller, Handle, Located};
 pub(crate) use check::{
-    first_call, miscounted_calls, named_rules, properties, undeclared, unknown_options, unknown_properties,
+    NamedRule, first_call, miscounted_calls, named_rules, properties, undeclared, unknown_options, unknown_properties,
     unknown_words,
 };
 pub(crate) use engine::{Closures, Limits, compile, compile_within, engine, refuse_captures};
