@@ -4,7 +4,8 @@ use super::source::Place;
 use super::{busy, called};
 use crate::inspect::facts;
 use crate::state::{Command, State};
-use eframe::egui::{Grid, Label, RichText, Ui};
+use city::why::{Answer, DecisionSays};
+use eframe::egui::{CollapsingHeader, Grid, Label, RichText, Ui};
 
 /// Shows it.
 pub fn ui(ui: &mut Ui, state: &mut State) {
@@ -47,11 +48,54 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
                     state.commands.push(Command::ShowSource(place));
                 }
             }
-            ui.label(RichText::new(answer.to_string()).monospace().size(11.0));
+            told(ui, &mut state.commands, answer);
         }
         Some(Err(error)) => {
             ui.colored_label(ui.visuals().error_fg_color, error);
         }
         None => {}
     }
+}
+
+/// Size of what is told, in points.
+const SIZE: f32 = 11.0;
+
+fn line(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(text).monospace().size(SIZE)).extend());
+}
+
+/// An answer part by part; steps of rules lead to their lines.
+fn told(ui: &mut Ui, commands: &mut Vec<Command>, answer: &Answer) {
+    let text = answer.to_string();
+    for (number, part) in text.trim_end().split("\n\n").enumerate() {
+        let (heading, rest) = part.split_once('\n').unwrap_or((part, ""));
+        if number == 0 {
+            line(ui, part);
+            continue;
+        }
+        let decision = answer.decisions.iter().find(|decision| decision.heading() == heading);
+        let header = CollapsingHeader::new(heading).id_salt(number).default_open(true);
+        header.show(ui, |ui| match decision {
+            Some(decision) => steps(ui, commands, decision, rest),
+            None => line(ui, rest),
+        });
+    }
+}
+
+/// What a rule did, each step with a link to its line, and then what came of it.
+fn steps(ui: &mut Ui, commands: &mut Vec<Command>, decision: &DecisionSays, text: &str) {
+    for step in &decision.steps {
+        ui.horizontal(|ui| {
+            let link = ui.link(RichText::new(format!("{:>4}", step.line)).monospace().size(SIZE));
+            let file = step.file.as_ref().unwrap_or(&decision.file);
+            if called(link, &format!("{file}:{}", step.line)).on_hover_text("Shows the text there").clicked() {
+                let place = Place { file: file.clone(), line: step.line, column: 1, is_new: true };
+                commands.push(Command::ShowSource(place));
+            }
+            line(ui, &step.told);
+        });
+    }
+    // Behind the steps stands what came of them.
+    let rest: Vec<&str> = text.lines().skip(decision.steps.len()).collect();
+    line(ui, &rest.join("\n"));
 }

@@ -134,6 +134,21 @@ fn what_is_picked_tells_its_measures_and_why_it_is_there() {
         let text = answer.as_ref().unwrap_or_else(|error| panic!("{kind:?}: {error}")).to_string();
         assert!(text.contains(kind.name()), "{text}");
     }
+    // A step of a rule leads to its line.
+    let building = built.buildings.first().expect("one").id;
+    let element = Element { kind: ElementKind::Building, id: building };
+    window.state_mut().state_mut().commands.push(Command::Select(Some(element)));
+    settle(&mut window);
+    click(&mut window, "Why is this here?");
+    let answer = window.state().state().asked.done.clone().expect("an answer").expect("it is there");
+    let decision = answer.decisions.first().expect("its rule was asked");
+    let step = &decision.steps[0];
+    assert!(window.query_by_label_contains(&step.told).is_some() && step.text == "shape.area", "{step:?}");
+    let link = format!("{}:{}", decision.file, step.line);
+    window.query_all_by_label(&link).next().expect("a link").click();
+    settle(&mut window);
+    let shown = window.state().state().source.clone().expect("its text is shown");
+    assert_eq!((shown.file, shown.line), (decision.file.clone(), step.line));
 }
 
 #[test]

@@ -48,6 +48,13 @@ pub struct StepSays {
     pub told: String,
 }
 
+impl DecisionSays {
+    /// What it is called: `build(shape, p) of houses was asked about the parcel`.
+    pub fn heading(&self) -> String {
+        format!("{} of {} was asked about {}", self.function, self.rule, self.about)
+    }
+}
+
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
 fn is_none(count: &usize) -> bool {
     *count == 0

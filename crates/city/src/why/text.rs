@@ -45,7 +45,7 @@ fn blended(patterns: &[PatternSays]) -> String {
 
 /// What a rule did, a step a line, and what came of it.
 fn decision_says(says: &DecisionSays, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    writeln!(f, "\n{} of {} was asked about {}", says.function, says.rule, says.about)?;
+    writeln!(f, "\n{}", says.heading())?;
     for step in &says.steps {
         let file = step.file.as_ref().map_or(String::new(), |file| format!("{file}:"));
         writeln!(f, "  line {:<4} {}", format!("{file}{}", step.line), step.told)?;
