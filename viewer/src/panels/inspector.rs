@@ -84,6 +84,8 @@ fn told(ui: &mut Ui, commands: &mut Vec<Command>, answer: &Answer) {
 
 /// What a rule did, each step with a link to its line, and then what came of it.
 fn steps(ui: &mut Ui, commands: &mut Vec<Command>, decision: &DecisionSays, text: &str) {
+    // Rows as high as lines of text, not as buttons.
+    ui.spacing_mut().interact_size.y = 0.0;
     for step in &decision.steps {
         ui.horizontal(|ui| {
             let link = ui.link(RichText::new(format!("{:>4}", step.line)).monospace().size(SIZE));

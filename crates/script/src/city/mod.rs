@@ -139,29 +139,34 @@ fn run(
 fn in_rules(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
     let mut seen = BTreeSet::new();
     let mut faults = Vec::new();
-    for NamedRule { name, at, .. } in named_rules(ast, &source.text) {
-        let Some(name) = name else { continue };
-        match around.shelves.read(&name) {
-            Err(fault) => {
-                let complaint = missing_rule(fault);
-                let (line, column) = (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
-                let fault = Fault::new(&source.path, complaint.message).with_hint(complaint.hint);
-                faults.push(Fault { line, column, ..fault });
-            }
-            Ok(source) if seen.insert(source.path.clone()) => {
-                let rule = Rule::examine(&name, &source, around);
+    for named in named_rules(ast, &source.text) {
+        let Some(name) = &named.name else { continue };
+        match around.shelves.read(name) {
+            Err(fault) => faults.push(missing_rule_at(fault, &named, &source.path)),
+            Ok(text) => {
+                let is_new = seen.insert(text.path.clone());
+                let rule = Rule::examine(name, &text, around);
                 match rule.and_then(|rule| rule.deciding().map_err(|fault| vec![fault])) {
-                    Ok(rule) => faults.extend(rule.doubts()),
-                    Err(found) => faults.extend(found),
+                    Ok(rule) => {
+                        let known: Vec<&str> = rule.params().iter().map(|(param, _)| param.name.as_str()).collect();
+                        faults.extend(named.unknown_parameters(&known, &source.path));
+                        faults.extend(if is_new { rule.doubts() } else { Vec::new() });
+                    }
+                    Err(found) => faults.extend(if is_new { found } else { Vec::new() }),
                 }
             }
-            Ok(_) => {}
         }
     }
     faults
 }
 
-pub(crate) fn missing_rule(fault: Fault) -> Complaint {
+/// The fault of a rule that is named and not there.
+pub(crate) fn missing_rule_at(fault: Fault, named: &NamedRule, file: &str) -> Fault {
+    let (complaint, (line, column)) = (missing_rule(fault), named.place());
+    Fault { line, column, ..Fault::new(file, complaint.message).with_hint(complaint.hint) }
+}
+
+fn missing_rule(fault: Fault) -> Complaint {
     Complaint::new(format!("rule \"{}\": {}", fault.file, fault.message)).maybe_hint(fault.hint)
 }
 

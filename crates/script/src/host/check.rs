@@ -212,6 +212,24 @@ pub(crate) struct NamedRule {
     pub keys: Vec<(String, (u32, u32))>,
 }
 
+impl NamedRule {
+    /// The line and the column, from 1; 0 where that is unknown.
+    pub fn place(&self) -> (u32, u32) {
+        (self.at.line().unwrap_or(0) as u32, self.at.position().unwrap_or(0) as u32)
+    }
+
+    /// Parameters that are written with it and that the rule does not have, of those that it has.
+    pub fn unknown_parameters(&self, known: &[&str], file: &str) -> Vec<Fault> {
+        let is_unknown = |(key, _): &&(String, (u32, u32))| !known.contains(&key.as_str());
+        let fault = |(key, (line, column)): &(String, (u32, u32))| {
+            let help = hint(key, known.iter().copied()).unwrap_or_else(|| "the rule declares none".into());
+            let fault = Fault::new(file, format!("there is no parameter `{key}`")).with_hint(Some(help));
+            Fault { line: *line, column: *column, ..fault }
+        };
+        self.keys.iter().filter(is_unknown).map(fault).collect()
+    }
+}
+
 /// The rules that a script loads.
 pub(crate) fn named_rules(ast: &AST, text: &str) -> Vec<NamedRule> {
     let mut found = Vec::new();

@@ -21,13 +21,12 @@ pub(crate) use standard::{SIDE, features_of, standard_site};
 pub use town::{Datum, Feature, Laboratory, Town, TownError};
 pub use trial::Trial;
 
-use crate::city::{SiteInfo, SiteRequest, Sites, missing_rule, register_words};
+use crate::city::{SiteInfo, SiteRequest, Sites, missing_rule_at, register_words};
 use crate::fault::{Diagnosis, Fault, of_error, of_panic};
 use crate::host::{
-    Closures, Limits, NamedRule, Resolver, Source, Spending, Vocabulary, compile, engine, miscounted_calls,
-    named_rules, unknown_words,
+    Closures, Limits, Resolver, Source, Spending, Vocabulary, compile, engine, miscounted_calls, named_rules,
+    unknown_words,
 };
-use crate::names::hint;
 use crate::param::{Declared, register as register_params};
 use crate::plan::Plan;
 use crate::rule::{Rule, Surroundings};
@@ -162,26 +161,15 @@ impl TestFile {
     /// Rules that tests ask for and that are not there, and parameters that they do not have.
     pub(crate) fn misnamed_rules(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let mut tell = |(line, column): (u32, u32), message: String, hint: Option<String>| {
-            faults.push(Fault { line, column, ..Fault::new(&self.source.path, message).with_hint(hint) });
-        };
-        for NamedRule { name, at, keys } in named_rules(&self.ast, &self.source.text) {
-            let own = name.as_deref().unwrap_or(&self.rule);
-            let source = match self.around.shelves.read(own) {
-                Ok(source) => source,
-                Err(fault) => {
-                    let place = (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
-                    let wrong = missing_rule(fault);
-                    tell(place, wrong.message, wrong.hint);
-                    continue;
-                }
-            };
-            // What is wrong in the rule is told of its own file.
-            let Ok(rule) = Rule::load(own, &source, &self.around) else { continue };
-            let known: Vec<&str> = rule.params().iter().map(|(param, _)| param.name.as_str()).collect();
-            for (key, place) in keys.into_iter().filter(|(key, _)| !known.contains(&key.as_str())) {
-                let help = hint(&key, known.iter().copied()).or_else(|| Some(format!("{own} declares none")));
-                tell(place, format!("there is no parameter `{key}`"), help);
+        for named in named_rules(&self.ast, &self.source.text) {
+            let own = named.name.as_deref().unwrap_or(&self.rule);
+            match self.around.shelves.read(own) {
+                Err(fault) => faults.push(missing_rule_at(fault, &named, &self.source.path)),
+                // What is wrong in the rule is told of its own file.
+                Ok(source) => faults.extend(Rule::load(own, &source, &self.around).into_iter().flat_map(|rule| {
+                    let known: Vec<&str> = rule.params().iter().map(|(param, _)| param.name.as_str()).collect();
+                    named.unknown_parameters(&known, &self.source.path)
+                })),
             }
         }
         faults.into_iter().map(|fault| fault.measured(&self.around.texts)).collect()
