@@ -48,10 +48,7 @@ fn sane(length: f64) -> f64 {
 
 fn set_back(shape: &StartShape, setbacks: &Setbacks) -> Option<Polygon> {
     match *setbacks {
-        Setbacks::Even(setback) => {
-            let setback = sane(setback);
-            [setback, setback / 2.0, 0.0].into_iter().find_map(|setback| even(&shape.outline, setback))
-        }
+        Setbacks::Even(setback) => Some(even_kept(shape, setback)?.1),
         Setbacks::Sides { front, side, rear } => {
             let distance = |kind: Side| match kind {
                 Side::Front => units(sane(front)),
@@ -62,6 +59,17 @@ fn set_back(shape: &StartShape, setbacks: &Setbacks) -> Option<Polygon> {
             largest(uneven(&shape.outline, &sides.into_iter().map(distance).collect::<Vec<_>>()))
         }
     }
+}
+
+/// The distance that is kept on all sides where `setback` is asked for: half of it, or none, where it leaves no room.
+pub fn kept_setback(shape: &StartShape, setback: f64) -> Option<f64> {
+    even_kept(shape, setback).map(|(kept, _)| kept)
+}
+
+/// The same with what that leaves.
+fn even_kept(shape: &StartShape, setback: f64) -> Option<(f64, Polygon)> {
+    let setback = sane(setback);
+    [setback, setback / 2.0, 0.0].into_iter().find_map(|setback| Some((setback, even(&shape.outline, setback)?)))
 }
 
 /// The largest useful part of an outline that is at least `setback` metres from its border.

@@ -6,7 +6,7 @@ pub mod extrusion;
 pub mod height;
 mod sides;
 
-pub use extrusion::{LEAST_HEIGHT, extrude, footprint, raise};
+pub use extrusion::{LEAST_HEIGHT, extrude, footprint, kept_setback, raise};
 pub use height::height_from_density;
 pub use sides::{Side, main_front, sides};
 

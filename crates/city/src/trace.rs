@@ -1,11 +1,12 @@
 //! What growth did, step by step: kept on request, to draw a city as it was and to say why a street is there.
 
-use geom::Id;
+use geom::{Id, Vec2};
+use script::Rule;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use streets::StreetGraph;
 use streets::graph::Crowding;
-use streets::growth::{Accepted, GrowthLog, MergeLog, QuarterGrowth, Tip, attach};
+use streets::growth::{Accepted, Draft, GrowthLog, MergeLog, QuarterGrowth, Tip, attach};
 
 /// What the growth of a city did, stage by stage.
 ///
@@ -17,21 +18,70 @@ pub struct Trace {
     given: StreetGraph,
     stages: Vec<StageTrace>,
     tips: Tips,
+    drafts: Drafts,
 }
 
 /// The street ends at which rules were asked, by lineage. Cheap to clone.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Tips(Arc<Mutex<BTreeMap<Id, Tip>>>);
+pub(crate) struct Tips(Arc<Mutex<BTreeMap<Id, AskedTip>>>);
+
+/// A street end with the quarter that it grew in.
+#[derive(Clone, Debug)]
+pub(crate) struct AskedTip {
+    pub quarter: Option<Id>,
+    pub tip: Tip,
+}
 
 impl Tips {
     /// Keeps one as it is asked.
-    pub fn keep(&self, tip: &Tip) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(tip.id, tip.clone());
+    pub fn keep(&self, quarter: Option<Id>, tip: &Tip) {
+        let asked = AskedTip { quarter, tip: tip.clone() };
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(tip.id, asked);
+    }
+
+    /// Those at a place, by lineage.
+    pub fn near(&self, place: Vec2, within: f64) -> Vec<AskedTip> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.values().filter(|asked| asked.tip.place().distance(place) <= within).cloned().collect()
     }
 
     /// The one at the end of a proposal, or at a seed.
-    pub fn at(&self, lineage: Id) -> Option<Tip> {
+    pub fn at(&self, lineage: Id) -> Option<AskedTip> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&lineage).cloned()
+    }
+}
+
+/// What rules of their own made of proposals, by the lineage of these. Cheap to clone.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Drafts(Arc<Mutex<BTreeMap<Id, Vec<Constrained>>>>);
+
+/// A proposal that a rule was asked about.
+#[derive(Clone, Debug)]
+pub(crate) struct Constrained {
+    pub rule: Rule,
+    /// As the rule was asked.
+    pub draft: Draft,
+    /// Where it then ended, metres.
+    pub to: Vec2,
+}
+
+impl Drafts {
+    /// Keeps one with what became of it.
+    pub fn keep(&self, constrained: Constrained) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.entry(constrained.draft.id).or_default().push(constrained);
+    }
+
+    /// What was asked about a proposal, in that order.
+    pub fn of(&self, lineage: Id) -> Vec<Constrained> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&lineage).cloned().unwrap_or_default()
+    }
+
+    /// What was asked about proposals from a place.
+    pub fn from(&self, place: Vec2, within: f64) -> Vec<Constrained> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = known.values().flatten();
+        all.filter(|constrained| constrained.draft.from.distance(place) <= within).cloned().collect()
     }
 }
 
@@ -79,7 +129,12 @@ impl StageTrace {
 impl Trace {
     /// A trace of growth that starts from these streets.
     pub(crate) fn new(given: StreetGraph) -> Self {
-        Self { given, stages: Vec::new(), tips: Tips::default() }
+        Self { given, stages: Vec::new(), tips: Tips::default(), drafts: Drafts::default() }
+    }
+
+    /// What rules of their own made of proposals.
+    pub(crate) fn drafts(&self) -> &Drafts {
+        &self.drafts
     }
 
     /// The street ends at which rules were asked.

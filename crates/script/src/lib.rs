@@ -23,7 +23,7 @@ mod rule;
 pub mod testing;
 mod words;
 
-pub use account::{Account, Step, StepKind};
+pub use account::{Account, Step, StepKind, Telling};
 pub use city::{Checked, Evaluated, SiteInfo, SiteRequest, Sites};
 pub use digest::PlanDigests;
 pub use effects::heard;

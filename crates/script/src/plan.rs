@@ -5,6 +5,7 @@ use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unkn
 use crate::pattern::PatternPlan;
 use crate::preset::{Preset, PresetTarget, in_district};
 use crate::rule::{Note, Rule, RuleKind};
+use crate::words::ConstraintPattern;
 use geom::{Cells, Id, Point, Polygon, Raster, Vec2};
 use layout::Use;
 use std::borrow::Cow;
@@ -285,9 +286,20 @@ impl StreetPlan {
     /// What streets keep to, with the present parameters; where no rule tells a chain, it is the standard one given. What
     /// goes wrong in constraints of one's own is reported to `faults`.
     pub fn chain(&self, standard: Chain, classes: &Arc<Classes>, faults: &Arc<Faults>) -> Result<Chain, Fault> {
+        self.chain_with(standard, classes, faults, &|_, pattern| Own(Arc::new(pattern)))
+    }
+
+    /// The same with constraints of one's own made of the rule and of what asks it.
+    pub fn chain_with(
+        &self,
+        standard: Chain,
+        classes: &Arc<Classes>,
+        faults: &Arc<Faults>,
+        make: &dyn Fn(&Rule, ConstraintPattern) -> Own,
+    ) -> Result<Chain, Fault> {
         let own = |rule: &Rule| {
             let (classes, faults) = (classes.clone(), faults.clone());
-            Own(Arc::new(crate::words::ConstraintPattern::new(rule.clone(), classes, faults)))
+            make(rule, ConstraintPattern::new(rule.clone(), classes, faults))
         };
         crate::words::chain_of(&self.constraints, standard, &own)
     }

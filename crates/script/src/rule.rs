@@ -3,9 +3,9 @@
 use crate::account::Account;
 use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
-    Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary, engine,
-    first_call, miscounted_calls, properties, refuse_captures, undeclared, unknown_options, unknown_properties,
-    unknown_words,
+    Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary,
+    assigned_properties, engine, first_call, miscounted_calls, properties, refuse_captures, undeclared,
+    unknown_options, unknown_properties, unknown_words,
 };
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
@@ -176,6 +176,26 @@ fn without_running(ast: &AST, path: &str, texts: &Texts, vocabulary: &Vocabulary
     let mut faults = miscounted_calls(ast, path, vocabulary);
     faults.extend(unknown_options(ast, path, &texts.get(path).unwrap_or_default(), vocabulary));
     faults.extend(misasked(ast, path, vocabulary));
+    faults.extend(misnamed_arguments(ast, path, texts));
+    faults
+}
+
+/// Warnings of functions of a rule whose first argument is called as that of another kind: what is asked of it is looked for in
+/// vain.
+fn misnamed_arguments(ast: &AST, path: &str, texts: &Texts) -> Vec<Fault> {
+    let text = texts.get(path).unwrap_or_default();
+    let subjects: BTreeSet<&str> = RuleKind::ALL.map(|kind| kind.arguments()[0]).into();
+    let mut faults = Vec::new();
+    for kind in RuleKind::ALL {
+        let Some(function) = ast.shared_lib().get_script_fn(kind.function(), kind.arguments().len()) else { continue };
+        let (own, given) = (kind.arguments()[0], function.params[0].as_str());
+        if given != own && subjects.contains(given) {
+            let line = function.body.start_position().line().unwrap_or(0) as u32;
+            let message = format!("`{}` is asked about a {own}, not about a {given}", kind.function());
+            let fault = Fault::warning(path, message).with_hint(Some(format!("write fn {}", kind.form())));
+            faults.push(Fault { line, column: column_of(&text, line, given), ..fault });
+        }
+    }
     faults
 }
 
@@ -208,7 +228,9 @@ fn misasked(ast: &AST, path: &str, vocabulary: &Vocabulary) -> Vec<Fault> {
             // What `p` has is known by the rule, not by its type.
             if variable != "p" && function.params.contains(&variable) && !known.is_empty() {
                 let (from, to) = (body.body.start_position(), body.body.end_position());
-                faults.extend(unknown_properties(&statements_between(ast, from, to), variable, &known, path));
+                let statements = statements_between(ast, from, to);
+                faults.extend(unknown_properties(&statements, variable, &known, path));
+                faults.extend(assigned_properties(&statements, variable, path));
             }
         }
     }

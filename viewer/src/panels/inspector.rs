@@ -86,7 +86,10 @@ fn told(ui: &mut Ui, commands: &mut Vec<Command>, answer: &Answer) {
 fn steps(ui: &mut Ui, commands: &mut Vec<Command>, decision: &DecisionSays, text: &str) {
     // Rows as high as lines of text, not as buttons.
     ui.spacing_mut().interact_size.y = 0.0;
-    for step in &decision.steps {
+    for (number, step) in decision.steps.iter().enumerate() {
+        if let Some(left_out) = decision.left_out.filter(|left_out| left_out.behind == number) {
+            line(ui, &format!("… {} further steps", left_out.count));
+        }
         ui.horizontal(|ui| {
             let link = ui.link(RichText::new(format!("{:>4}", step.line)).monospace().size(SIZE));
             let file = step.file.as_ref().unwrap_or(&decision.file);
@@ -98,6 +101,7 @@ fn steps(ui: &mut Ui, commands: &mut Vec<Command>, decision: &DecisionSays, text
         });
     }
     // Behind the steps stands what came of them.
-    let rest: Vec<&str> = text.lines().skip(decision.steps.len()).collect();
+    let told = decision.steps.len() + usize::from(decision.left_out.is_some());
+    let rest: Vec<&str> = text.lines().skip(told).collect();
     line(ui, &rest.join("\n"));
 }

@@ -14,7 +14,7 @@ use city::{
 use geom::Vec2;
 use script::{Fault, Texts};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Builds a city and writes it.
 pub fn run(arguments: &BuildArguments) -> Result<Status, Failure> {
@@ -229,10 +229,17 @@ fn mark_of_rule(mark: &MarkReport) -> Mark {
     Mark { at: Vec2::from_array(mark.place), words: file.trim_end_matches(".rhai").to_owned() }
 }
 
+/// A city as others can find it: one that is named by where the command was run, such as `.`, by its folder's name.
+fn named(city: &Path) -> PathBuf {
+    let is_told = city.components().any(|part| matches!(part, Component::Normal(_)));
+    let whole = || city.canonicalize().ok()?.file_name().map(PathBuf::from);
+    if is_told { city.to_path_buf() } else { whole().unwrap_or_else(|| city.to_path_buf()) }
+}
+
 /// What is remembered of the command line, to build the same city again.
 fn built_from(arguments: &BuildArguments) -> BuiltFrom {
     BuiltFrom {
-        city: arguments.city.display().to_string(),
+        city: named(&arguments.city).display().to_string(),
         rules: arguments.rules.as_deref().map(|rules| rules.display().to_string()),
         presets: arguments.preset.clone(),
         set: arguments.set.clone(),

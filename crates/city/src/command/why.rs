@@ -24,7 +24,7 @@ pub fn run(arguments: &WhyArguments) -> Result<Status, Failure> {
 }
 
 fn is_of_growth(kind: Kind) -> bool {
-    matches!(kind, Kind::Street | Kind::Crossing | Kind::Quarter)
+    matches!(kind, Kind::Street | Kind::Crossing | Kind::Quarter | Kind::Place)
 }
 
 /// What the layout was built from, as the command line and the report beside it say.
@@ -45,6 +45,10 @@ fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Fai
     let rules: Option<PathBuf> = arguments.rules.clone().or_else(|| told.rules.as_ref().map(from_report));
     let mut loaded = load(&city, rules.as_deref()).map_err(|error| match error {
         // That a report names a city that is gone is no fault of the command line.
+        LoadError::Missing { .. } if arguments.city.is_none() => {
+            let message = format!("{error}\n  hint: the report names it: tell where it is now with --city");
+            Failure::new(Status::Failed, message)
+        }
         LoadError::Missing { .. } => failed(&error),
         other => super::build::unreadable(other),
     })?;

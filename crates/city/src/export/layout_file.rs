@@ -113,6 +113,8 @@ pub struct Properties {
     pub usage: Option<String>,
     /// Whether its tags say that it is an inner parcel, which needs no access.
     pub inner: bool,
+    /// Its tags.
+    pub tags: Vec<String>,
     /// The parcel of a building.
     pub parcel: Option<String>,
     /// Height of a building in metres.
@@ -337,7 +339,10 @@ impl Properties {
             "block" => self.block = value.id(),
             "access" => self.access = if let Value::Texts(texts) = value { Some(texts) } else { None },
             "use" => self.usage = value.text(),
-            "tags" => self.inner = matches!(value, Value::Flags(flags) if flags.iter().any(|flag| flag == "inner")),
+            "tags" => {
+                self.tags = if let Value::Flags(flags) = value { flags } else { Vec::new() };
+                self.inner = self.tags.iter().any(|tag| tag == "inner");
+            }
             "parcel" => self.parcel = value.id(),
             "height" => self.height = value.number(),
             _ => {}

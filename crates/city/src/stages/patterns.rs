@@ -3,17 +3,23 @@
 use super::Context;
 use super::streets::Network;
 use crate::Site;
-use crate::trace::Tips;
-use script::{PatternPart, PatternPlan, StreetPattern, WeightPlan};
+use crate::trace::{Constrained, Drafts, Tips};
+use geom::Id;
+use script::{ConstraintPattern, PatternPart, PatternPlan, Rule, StreetPattern, WeightPlan};
 use std::sync::Arc;
 use streets::PerDistrict;
-use streets::growth::{Blend, BlendPart, Field, GrowthRules, Tip, Weight};
+use streets::growth::{Blend, BlendPart, Constrain, Draft, Field, GrowthRules, Own, Tip, Weight};
 
 /// What growth asks; where it is traced, tips are kept.
-pub(super) fn pattern(context: &Context, network: &mut Network, plan: &PatternPlan) -> Box<dyn GrowthRules + Send> {
+pub(super) fn pattern(
+    context: &Context,
+    network: &mut Network,
+    plan: &PatternPlan,
+    quarter: Option<Id>,
+) -> Box<dyn GrowthRules + Send> {
     let rules = rules(context, network, plan);
     match &network.trace {
-        Some(trace) => Box::new(Overheard { rules, tips: trace.tips().clone() }),
+        Some(trace) => Box::new(Overheard { rules, tips: trace.tips().clone(), quarter }),
         None => rules,
     }
 }
@@ -34,11 +40,12 @@ fn rules(context: &Context, network: &mut Network, plan: &PatternPlan) -> Box<dy
 struct Overheard {
     rules: Box<dyn GrowthRules + Send>,
     tips: Tips,
+    quarter: Option<Id>,
 }
 
 impl GrowthRules for Overheard {
     fn propose(&self, tip: &mut Tip) {
-        self.tips.keep(tip);
+        self.tips.keep(self.quarter, tip);
         self.rules.propose(tip);
     }
 
@@ -52,6 +59,39 @@ impl GrowthRules for Overheard {
 
     fn is_in_vain(&self) -> bool {
         self.rules.is_in_vain()
+    }
+}
+
+/// What asks a rule about proposals; where growth is traced, what became of them is kept.
+pub(super) fn overhearing(network: &Network) -> impl Fn(&Rule, ConstraintPattern) -> Own + use<> {
+    let drafts = network.trace.as_ref().map(|trace| trace.drafts().clone());
+    move |rule, pattern| match &drafts {
+        Some(drafts) => Own(Arc::new(OverheardOwn { rule: rule.clone(), pattern, drafts: drafts.clone() })),
+        None => Own(Arc::new(pattern)),
+    }
+}
+
+/// A constraint of a rule's own of which it is kept what it makes of proposals.
+#[derive(Debug)]
+struct OverheardOwn {
+    rule: Rule,
+    pattern: ConstraintPattern,
+    drafts: Drafts,
+}
+
+impl Constrain for OverheardOwn {
+    fn constrain(&self, draft: &mut Draft) {
+        let before = draft.clone();
+        self.pattern.constrain(draft);
+        self.drafts.keep(Constrained { rule: self.rule.clone(), draft: before, to: draft.to });
+    }
+
+    fn is_in_vain(&self) -> bool {
+        self.pattern.is_in_vain()
+    }
+
+    fn has_agreed(&self) {
+        self.pattern.has_agreed();
     }
 }
 

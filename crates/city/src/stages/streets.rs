@@ -5,7 +5,7 @@ mod chosen;
 mod seeds;
 
 use super::keep::Silence;
-use super::patterns::pattern;
+use super::patterns::{overhearing, pattern};
 use super::{Context, Origins, landmarks};
 use crate::report::StreetsReport;
 use crate::sources::{ImportOptions, lay_streets};
@@ -241,7 +241,13 @@ fn lay_given(network: &mut Network, line: &GivenLine, ordinal: usize) {
 }
 
 /// How streets of a plan grow, with its parameters as they are.
-fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> Result<Growth, BuildError> {
+fn growth_of(
+    context: &Context,
+    network: &Network,
+    plan: &StreetPlan,
+    class: Class,
+    seed: Seed,
+) -> Result<Growth, BuildError> {
     let is_major = class <= Classes::MAJOR;
     let width = width_of(Some(plan), class);
     let root = Id::root(defaults(class).stage.name(), &[]);
@@ -250,7 +256,8 @@ fn growth_of(context: &Context, plan: &StreetPlan, class: Class, seed: Seed) -> 
     growth.sprouts = plan.sprout;
     growth.records_refusals = context.traces;
     let standard = if is_major { Constraints::majors() } else { Constraints::default() };
-    growth.constraints = plan.chain(standard.into(), &Arc::default(), context.faults)?;
+    let own = overhearing(network);
+    growth.constraints = plan.chain_with(standard.into(), &Arc::default(), context.faults, &own)?;
     if let Some(goal) = plan.goal()? {
         growth.goal = goal_of(context, &goal);
     }
@@ -284,8 +291,8 @@ fn grow_arterials(
     let ClassDefaults { stage, reseed, .. } = defaults(class);
     context.progress.begin(stage, 0);
     let seed = Seed(context.sources.plan.seed).purpose(stage.name());
-    let growth = growth_of(context, plan, class, seed)?;
-    let rules = pattern(context, network, &plan.pattern);
+    let growth = growth_of(context, network, plan, class, seed)?;
+    let rules = pattern(context, network, &plan.pattern, None);
     let cancel = || context.cancel.is_cancelled();
     let log = grow_from_streets(Arc::make_mut(&mut network.graph), &growth, &*rules, fields, &cancel);
     network.report.grown(stage.name(), &log);
@@ -426,10 +433,10 @@ impl Quarter {
         let seed = id.and_then(|id| whole.seed_in(id)).unwrap_or(whole.seed);
         let seed = Seed(seed).purpose("minors");
         let seed = id.map_or(seed, |id| seed.of(id));
-        let growth = growth_of(context, own, Classes::MINOR, seed)?;
+        let growth = growth_of(context, network, own, Classes::MINOR, seed)?;
         let reseed = plan.reseed.unwrap_or(defaults(Classes::MINOR).reseed);
         let settings = QuarterSettings { reseed, ..QuarterSettings::new(growth) };
-        let rules = pattern(context, network, &own.pattern);
+        let rules = pattern(context, network, &own.pattern, id);
         let key = context.keys.map(|keys| {
             // Streets name their rules by number.
             let origins = own.pattern.parts().iter().map(|part| network.origins.of(part.rule.name()));

@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 /// What a rule did when it was asked about an element, and what came of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DecisionSays {
     /// What it was asked about, e.g. `the parcel` or `the street end at (100.0, 250.0)`.
     pub about: String,
@@ -22,11 +22,20 @@ pub struct DecisionSays {
     pub function: String,
     /// What it did, in that order.
     pub steps: Vec<StepSays>,
-    /// How many further steps are left out.
-    #[serde(skip_serializing_if = "is_none")]
-    pub more: usize,
+    /// How many further steps are left out, and behind how many of those above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<LeftOut>,
     /// What came of it, and what limits took off.
     pub outcome: Vec<String>,
+}
+
+/// Steps that are not told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// How many.
+    pub count: usize,
+    /// How many are told before them.
+    pub behind: usize,
 }
 
 /// One thing that a rule did.
@@ -55,11 +64,6 @@ impl DecisionSays {
     }
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
-fn is_none(count: &usize) -> bool {
-    *count == 0
-}
-
 impl StepSays {
     fn of(step: &Step, file: &str) -> Self {
         let kind = match step.kind {
@@ -84,7 +88,8 @@ pub fn asked<D>(
     let decided = ask(rule.apart(), faults.clone());
     let (telling, account) = rule.telling();
     ask(telling, Arc::default());
-    let (steps, more) = account.take();
+    let told = account.take();
+    let left_out = LeftOut { count: told.left_out, behind: told.first.len() };
     // Warnings are of rules that do nothing anywhere.
     let failed = faults.sorted().into_iter().filter(|fault| fault.severity == Severity::Error);
     let outcome = failed.map(|fault| {
@@ -96,8 +101,8 @@ pub fn asked<D>(
         rule: rule.name().to_owned(),
         file: rule.path().to_owned(),
         function: kind.form(),
-        steps: steps.iter().map(|step| StepSays::of(step, rule.path())).collect(),
-        more,
+        steps: told.steps().map(|step| StepSays::of(step, rule.path())).collect(),
+        left_out: (told.left_out > 0).then_some(left_out),
         outcome: outcome.collect(),
     };
     (decided, says)

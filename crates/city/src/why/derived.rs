@@ -6,7 +6,7 @@ use crate::stages::buildings::{built_shape, limited, start_shape};
 use crate::stages::ground::CityGround;
 use crate::stages::land::{self, Cover, assigned_shape, block_context, divide_region, inner_place};
 use crate::stages::{ByPlace, Context, landmarks};
-use buildings::{Envelope, Setbacks, footprint};
+use buildings::{Envelope, Setbacks, footprint, kept_setback};
 use geom::{Id, Vec2};
 use layout::{Block, DivisionStep, Looked, Parcel, Region, Use};
 use script::{AssignPattern, Assigned, BuildingChoice, BuildingPattern, ParcelChoice, ParcelPattern, Rule, RuleKind};
@@ -270,6 +270,12 @@ fn limits_say(
         said.push(format!("nothing is built: the distances leave no room on {whole} m²"));
         return said;
     };
+    if let Setbacks::Even(asked) = limited.setbacks
+        && let Some(kept) = kept_setback(&shape, asked).filter(|kept| *kept < asked)
+    {
+        let (asked, kept) = (number(asked), number(kept));
+        said.push(format!("{asked} m from its rim leave no room: it keeps {kept} m"));
+    }
     said.push(format!("the distances leave {} of {whole} m²", number(within.area())));
     match footprint(&shape, &limited) {
         Some(covering) if covering.area() < within.area() => {

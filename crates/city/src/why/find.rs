@@ -28,6 +28,8 @@ pub enum Kind {
     Parcel,
     /// A building.
     Building,
+    /// A place where nothing of that lies.
+    Place,
 }
 
 impl Kind {
@@ -42,14 +44,15 @@ impl Kind {
             Self::Block => "block",
             Self::Parcel => "parcel",
             Self::Building => "building",
+            Self::Place => "place",
         }
     }
 
     /// How far a city must be built to be asked.
     pub fn until(self) -> Until {
         match self {
-            Self::Street | Self::Crossing | Self::Quarter | Self::Block => Until::Streets,
-            Self::Parcel => Until::Parcels,
+            Self::Street | Self::Crossing | Self::Quarter | Self::Place => Until::Streets,
+            Self::Block | Self::Parcel => Until::Parcels,
             Self::Building => Until::Buildings,
         }
     }
@@ -69,8 +72,10 @@ pub struct Found {
     pub id: String,
     /// Where its features stand in the layout: one, or all runs of a street asked for by its name id.
     pub features: Vec<usize>,
-    /// Its middle, metres.
+    /// Its middle, metres; the place that was asked about.
     pub place: Vec2,
+    /// Whether a place was asked about: then what rules were asked there is told, too.
+    pub is_place: bool,
 }
 
 /// Finds what has an id: a feature, else a whole street by its name id, else the one thing whose id begins so. Of a place
@@ -81,16 +86,18 @@ pub struct Found {
 pub fn find(layout: &LayoutFile, id: &str) -> Result<Found, WhyError> {
     let id = id.trim().to_lowercase();
     if let Some(at) = place_of(&id) {
-        return found_at(layout, at).ok_or_else(|| nowhere(layout, at));
+        let found = found_at(layout, at).map(|found| Found { place: Vec2::from_array(at), is_place: true, ..found });
+        return found.or_else(|| bare_place(layout, at)).ok_or_else(|| nowhere(layout, at));
     }
     if let Some(found) = exact(layout, &id) {
         return Ok(found);
     }
-    let alike: BTreeSet<&str> = if id.len() < LEAST_PREFIX {
-        BTreeSet::new()
-    } else {
-        ids(layout).filter(|other| other.starts_with(&id)).collect()
-    };
+    let alike: BTreeSet<&str> = ids(layout).filter(|other| other.starts_with(&id)).collect();
+    if !id.is_empty() && id.len() < LEAST_PREFIX && !alike.is_empty() {
+        let message = format!("`{id}` is too short for an id: {LEAST_PREFIX} digits are the least");
+        let some: Vec<&str> = alike.into_iter().take(2).collect();
+        return Err(WhyError::Unknown { message, hint: format!("ids that begin so are {}, …", some.join(", ")) });
+    }
     let mut alike = alike.into_iter();
     match (alike.next(), alike.next()) {
         (Some(only), None) => exact(layout, only).ok_or_else(|| unknown(layout, &id)),
@@ -149,7 +156,17 @@ fn distance(from: [f64; 2], to: [f64; 2], at: [f64; 2]) -> f64 {
     at.distance(from + along * share)
 }
 
-fn nowhere(layout: &LayoutFile, [x, y]: [f64; 2]) -> WhyError {
+/// A place where nothing lies, on the land of the layout.
+fn bare_place(layout: &LayoutFile, at: [f64; 2]) -> Option<Found> {
+    let (place, (low, high)) = (Vec2::from_array(at), reach(layout));
+    let is_on_land = low.cmple(place).all() && place.cmple(high).all();
+    let found =
+        Found { kind: Kind::Place, id: format!("{},{}", at[0], at[1]), features: Vec::new(), place, is_place: true };
+    is_on_land.then_some(found)
+}
+
+/// The least and greatest coordinates of a layout; endless where it is empty.
+fn reach(layout: &LayoutFile) -> (Vec2, Vec2) {
     let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
     for feature in &layout.features {
         let places: Vec<[f64; 2]> = match &feature.geometry {
@@ -162,6 +179,11 @@ fn nowhere(layout: &LayoutFile, [x, y]: [f64; 2]) -> WhyError {
             (low, high) = (low.min(place), high.max(place));
         }
     }
+    (low, high)
+}
+
+fn nowhere(layout: &LayoutFile, [x, y]: [f64; 2]) -> WhyError {
+    let (low, high) = reach(layout);
     let hint = if low.is_finite() {
         format!("it reaches from ({:.0}, {:.0}) to ({:.0}, {:.0}) m", low.x, low.y, high.x, high.y)
     } else {
@@ -181,12 +203,12 @@ fn exact(layout: &LayoutFile, id: &str) -> Option<Found> {
         features().find(|(_, feature)| feature.properties.id.as_deref() == Some(id) && Kind::of(feature).is_some());
     if let Some((i, feature)) = own {
         let place = middle(&feature.geometry)?;
-        return Some(Found { kind: Kind::of(feature)?, id: id.to_owned(), features: vec![i], place });
+        return Some(Found { kind: Kind::of(feature)?, id: id.to_owned(), features: vec![i], place, is_place: false });
     }
     let runs: Vec<usize> =
         features().filter(|(_, feature)| feature.properties.street.as_deref() == Some(id)).map(|(i, _)| i).collect();
     let place = middle(&layout.features[*runs.get(runs.len() / 2)?].geometry)?;
-    Some(Found { kind: Kind::Street, id: id.to_owned(), features: runs, place })
+    Some(Found { kind: Kind::Street, id: id.to_owned(), features: runs, place, is_place: false })
 }
 
 fn unknown(layout: &LayoutFile, id: &str) -> WhyError {
@@ -253,6 +275,23 @@ pub fn differences(found: &Found, evidence: &Evidence) -> Vec<String> {
             Some(_) => {}
         }
     }
+    differs.extend(found.features.iter().filter_map(|&i| said_otherwise(&evidence.layout.features[i], &now)));
+    if found.kind == Kind::Block {
+        let of = |layout| parcels_of(layout, &found.id);
+        let (then, now) = (of(evidence.layout), of(&now));
+        // A layout that ends before parcels has none.
+        if then != now && !then.is_empty() {
+            differs.push(format!(
+                "the block had {} parcels in the layout and has others now: {}",
+                then.len(),
+                now.len()
+            ));
+        }
+    }
+    let seed = evidence.layout.about.as_ref().and_then(|about| about.seed.clone());
+    if let Some(seed) = seed.filter(|seed| *seed != evidence.sources.plan.seed.to_string()) {
+        differs.push(format!("the layout has the seed {seed}, what is told the seed {}", evidence.sources.plan.seed));
+    }
     let (then, now) = (by_id(evidence.layout, "street"), by_id(&now, "street"));
     let changed = then.iter().filter(|(id, line)| now.get(*id) != Some(line)).count();
     let added = now.keys().filter(|id| !then.contains_key(*id)).count();
@@ -260,6 +299,24 @@ pub fn differences(found: &Found, evidence: &Evidence) -> Vec<String> {
         differs.push(format!("{changed} of {} streets of the layout are gone or moved, {added} are new", then.len()));
     }
     differs
+}
+
+/// What a feature says otherwise now: what a parcel is for, which words it carries.
+fn said_otherwise(then: &Feature, now: &LayoutFile) -> Option<String> {
+    let says = &then.properties;
+    let same = |feature: &&Feature| feature.properties.kind == says.kind && feature.properties.id == says.id;
+    let now = &now.features.iter().find(same)?.properties;
+    if says.usage != now.usage {
+        let name = |usage: &Option<String>| usage.clone().unwrap_or_else(|| "nothing".into());
+        return Some(format!("the parcel was {} in the layout and is {} now", name(&says.usage), name(&now.usage)));
+    }
+    (says.tags != now.tags).then(|| "the parcel carries other tags now".to_owned())
+}
+
+/// The parcels of a block, with what they are for.
+fn parcels_of(layout: &LayoutFile, block: &str) -> BTreeSet<(Option<String>, Option<String>)> {
+    let of = layout.features.iter().filter(|feature| feature.properties.block.as_deref() == Some(block));
+    of.map(|feature| (feature.properties.id.clone(), feature.properties.usage.clone())).collect()
 }
 
 fn by_id<'a>(layout: &'a LayoutFile, kind: &str) -> BTreeMap<&'a str, &'a Geometry> {

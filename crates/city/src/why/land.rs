@@ -1,13 +1,18 @@
 //! Why a quarter, block, parcel or building is there.
 
-use super::lineage::logs;
+use super::lineage::{distance_to, logs};
 use super::{Answer, Evidence, Found, derived, ground};
+use crate::City;
 use crate::export::layout_file::Properties;
-use geom::Id;
-use std::collections::BTreeMap;
+use geom::{Id, Vec2};
+use std::collections::{BTreeMap, BTreeSet};
+use streets::StreetId;
+use streets::runs::Run;
 
 /// Streets of a rim that are told one by one.
 const MOST_STREETS: usize = 12;
+/// Streets run along a rim that lie so close to it, metres.
+const ON_RIM: f64 = 0.01;
 
 /// Explains a quarter: what closes it, and what grew in it.
 pub fn explain_quarter(found: &Found, evidence: &Evidence, answer: &mut Answer) {
@@ -15,6 +20,14 @@ pub fn explain_quarter(found: &Found, evidence: &Evidence, answer: &mut Answer) 
     let id = found.id.parse::<Id>().ok();
     let Some(quarter) = city.quarters.iter().find(|quarter| Some(quarter.id) == id) else { return };
     answer.tell("what", format!("{} closed by highways, majors and the like", hectares(quarter.polygon.area())));
+    let middles = |run: &Run| {
+        let at = |node| city.graph.at(node).metres();
+        run.nodes.windows(2).map(|pair| at(pair[0]).midpoint(at(pair[1]))).collect::<Vec<_>>()
+    };
+    let edges: Vec<_> = quarter.polygon.edges().collect();
+    let is_on_rim = |at: &Vec2| edges.iter().any(|edge| distance_to(*at, *edge) <= ON_RIM);
+    let closing = city.runs.iter().filter(|run| middles(run).iter().any(is_on_rim)).map(|run| run.street);
+    tell_streets(closing.collect(), city, answer);
     answer.tell("blocks", city.blocks.iter().filter(|block| block.quarter == id).count().to_string());
     let plan = &evidence.sources.plan;
     if let Some(seed) = plan.seed_in(quarter.id) {
@@ -33,14 +46,9 @@ pub fn explain_quarter(found: &Found, evidence: &Evidence, answer: &mut Answer) 
     }
 }
 
-/// Explains a block: the streets that close it.
-pub fn explain_block(found: &Found, evidence: &Evidence, answer: &mut Answer) {
-    let city = &evidence.built.city;
-    let id = found.id.parse::<Id>().ok();
-    let Some(block) = city.blocks.iter().find(|block| Some(block.id) == id) else { return };
-    answer.tell("what", format!("{} closed by {} streets", hectares(block.polygon.area()), block.streets.len()));
-    answer.tell("quarter", block.quarter.map_or("outside all quarters".into(), |quarter| quarter.to_string()));
-    for street in block.streets.iter().take(MOST_STREETS) {
+/// Tells the streets that close something.
+fn tell_streets(streets: BTreeSet<StreetId>, city: &City, answer: &mut Answer) {
+    for street in streets.iter().take(MOST_STREETS) {
         let run = city.runs.iter().find(|run| run.street == *street);
         let said = run.map(|run| {
             let class = &city.graph.classes().info(run.class).name;
@@ -49,6 +57,19 @@ pub fn explain_block(found: &Found, evidence: &Evidence, answer: &mut Answer) {
         });
         answer.tell("closed by", said.unwrap_or_else(|| street.to_string()));
     }
+    if streets.len() > MOST_STREETS {
+        answer.tell("closed by", format!("{} streets more", streets.len() - MOST_STREETS));
+    }
+}
+
+/// Explains a block: the streets that close it.
+pub fn explain_block(found: &Found, evidence: &Evidence, answer: &mut Answer) {
+    let city = &evidence.built.city;
+    let id = found.id.parse::<Id>().ok();
+    let Some(block) = city.blocks.iter().find(|block| Some(block.id) == id) else { return };
+    answer.tell("what", format!("{} closed by {} streets", hectares(block.polygon.area()), block.streets.len()));
+    answer.tell("quarter", block.quarter.map_or("outside all quarters".into(), |quarter| quarter.to_string()));
+    tell_streets(block.streets.iter().copied().collect(), city, answer);
     let inside = evidence.layout.features.iter().filter(|f| f.properties.block.as_deref() == Some(&found.id));
     let mut uses: BTreeMap<&str, usize> = BTreeMap::new();
     inside.for_each(|parcel| *uses.entry(parcel.properties.usage.as_deref().unwrap_or("unknown")).or_default() += 1);
@@ -113,8 +134,11 @@ pub fn explain_building(found: &Found, evidence: &Evidence, answer: &mut Answer)
     let parcel = city.parcels.iter().find(|parcel| parcel.id == building.parcel);
     let block = parcel.and_then(|parcel| city.blocks.iter().find(|block| block.id == parcel.block));
     ground::tell_rules(answer, evidence.sources, "buildings", block.and_then(|block| block.quarter));
-    if let Some(parcel) = parcel {
-        derived::tell_built(parcel, block, evidence, answer);
+    match parcel {
+        // Whoever asks about a place may mean what was asked there of the block or the parcel.
+        Some(parcel) if found.is_place => derived::tell_parcel(parcel, evidence, answer),
+        Some(parcel) => derived::tell_built(parcel, block, evidence, answer),
+        None => {}
     }
 }
 

@@ -136,12 +136,17 @@ pub fn branch_name(branch: Branch) -> &'static str {
     }
 }
 
-/// How constraints left a proposal, in words.
-pub fn outcome_says(outcome: Outcome) -> String {
+/// How constraints left a proposal, in words; `by` is the rule that changed it, where one did.
+pub fn outcome_says(outcome: Outcome, by: Option<String>) -> String {
+    match (outcome, by) {
+        (Outcome::Shortened, Some(rule)) => return format!("shortened by {rule}"),
+        (Outcome::Turned, Some(rule)) => return format!("turned by {rule}"),
+        _ => {}
+    }
     match outcome {
         Outcome::As => "as proposed".into(),
-        Outcome::Shortened => "shortened: cut back to the legal area".into(),
-        Outcome::Turned => "turned into the legal area".into(),
+        Outcome::Shortened => "shortened: cut back to legal ground, to a mask, or to where it is less steep".into(),
+        Outcome::Turned => "turned: to stay on legal ground, or to be less steep".into(),
         Outcome::Crossed => "crossed: cut at the first street it met, where it ends".into(),
         Outcome::Snapped => "snapped: led to a crossing or street close to its end, where it ends".into(),
         Outcome::Extended => "extended: led on to a street a little ahead, where it ends".into(),

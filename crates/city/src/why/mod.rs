@@ -15,7 +15,7 @@ mod lineage;
 mod street;
 mod text;
 
-pub use decision::{DecisionSays, StepSays};
+pub use decision::{DecisionSays, LeftOut, StepSays};
 pub use find::{Found, Kind, find};
 
 use crate::export::LayoutFile;
@@ -39,7 +39,7 @@ pub enum WhyError {
 /// An answer, part by part; empty parts have nothing to say.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Answer {
-    /// `street`, `crossing`, `quarter`, `block`, `parcel` or `building`.
+    /// `street`, `crossing`, `quarter`, `block`, `parcel` or `building`; `place` where none of them lies.
     pub kind: &'static str,
     /// The id.
     pub id: String,
@@ -198,6 +198,13 @@ pub fn explain(found: &Found, layout: &LayoutFile, sources: &Sources, built: &Bu
         Kind::Block => land::explain_block(found, &evidence, &mut answer),
         Kind::Parcel => land::explain_parcel(found, &evidence, &mut answer),
         Kind::Building => land::explain_building(found, &evidence, &mut answer),
+        Kind::Place => {}
+    }
+    if found.is_place {
+        asked::tell_place(found.place, &evidence, &mut answer);
+    }
+    if found.kind == Kind::Place && answer.decisions.is_empty() {
+        answer.tell("what", "nothing lies here, and no rule of streets was asked here");
     }
     answer
 }

@@ -12,6 +12,8 @@ use streets::runs::Run;
 
 /// Proposals of other streets are counted that should have ended this close (m) and were refused.
 const AROUND: f64 = 25.0;
+/// Pieces lie as they were laid, or up to so far (m) beside that, where bends were smoothed.
+const FARTHEST: f64 = 20.0;
 /// Refused proposals that are told one by one.
 const MOST_REFUSED: usize = 40;
 
@@ -33,7 +35,11 @@ pub fn explain(found: &Found, evidence: &Evidence, answer: &mut Answer) {
     answer.lineage = family.ancestry(*piece);
     answer.pieces = pieces.iter().map(|piece| piece_says(piece, evidence)).collect();
     asked::tell_ends(&pieces, trace, evidence, answer);
+    if let Some(last) = pieces.last() {
+        asked::tell_next(last, trace, evidence, answer);
+    }
     tell_refused(&pieces, trace, answer);
+    asked::tell_refusals(&pieces, trace, answer);
 }
 
 /// What the street is.
@@ -51,7 +57,7 @@ fn tell_street(run: &Run, runs: usize, evidence: &Evidence, answer: &mut Answer)
     }
 }
 
-/// Where a street comes from that did not grow.
+/// Where a street, or a stretch of it, comes from that did not grow.
 fn tell_given(street: StreetId, evidence: &Evidence, answer: &mut Answer) {
     let plan = &evidence.sources.plan;
     let is_drawn = |ordinal: &usize| StreetId(Id::root("given street", &[*ordinal as u128])) == street;
@@ -64,8 +70,10 @@ fn tell_given(street: StreetId, evidence: &Evidence, answer: &mut Answer) {
         if let Some(record) = file.streets.iter().find(|record| import_id(&file.key, &record.key) == street) {
             let class = &record.class;
             answer.tell("origin", format!("imported from {}: record {}, class {class}", file.key, record.key));
+            return;
         }
     }
+    answer.tell("origin", "no growth lies here: it was laid, or led here, once its street had grown");
 }
 
 /// The middles of the pieces of runs, metres.
@@ -79,7 +87,9 @@ fn pieces_along<'a>(family: &Family<'a>, street: StreetId, places: &[Vec2]) -> V
     let all = family.of_street(street);
     let distance = |placed: &Placed, at: Vec2| distance_to(at, (placed.accepted.line.from, placed.accepted.line.to));
     let nearest = |at: &Vec2| (0..all.len()).min_by(|&i, &j| distance(&all[i], *at).total_cmp(&distance(&all[j], *at)));
-    let wanted: BTreeSet<usize> = places.iter().filter_map(nearest).collect();
+    let is_here = |at: &Vec2, &i: &usize| distance(&all[i], *at) <= FARTHEST;
+    let here = places.iter().filter_map(|at| nearest(at).filter(|i| is_here(at, i)));
+    let wanted: BTreeSet<usize> = here.collect();
     wanted.into_iter().map(|i| all[i]).collect()
 }
 
@@ -90,7 +100,7 @@ fn piece_says(placed: &Placed, evidence: &Evidence) -> PieceSays {
         step: placed.step(),
         from: place(accepted.start().metres()),
         to: place(accepted.end().metres()),
-        outcome: outcome_says(accepted.outcome),
+        outcome: outcome_says(accepted.outcome, asked::changed_by(accepted.lineage.id, evidence)),
         moved: (accepted.proposed.distance(accepted.end()) * 100.0).round() / 100.0,
         patterns: blend::patterns(placed, evidence),
     }
@@ -160,7 +170,11 @@ pub fn explain_crossing(found: &Found, evidence: &Evidence, answer: &mut Answer)
     let city = &evidence.built.city;
     let node = found.id.parse::<Id>().ok().and_then(|id| city.graph.find_node(streets::NodeId(id)));
     let Some(node) = node else { return };
-    answer.tell("what", format!("{} streets meet here", city.graph.degree(node)));
+    let met = match city.graph.degree(node) {
+        1 => "a street ends here".to_owned(),
+        count => format!("{count} streets meet here"),
+    };
+    answer.tell("what", met);
     for run in city.runs.iter().filter(|run| run.from() == node || run.to() == node) {
         let class = &city.graph.classes().info(run.class).name;
         let origin = city.origins.get(usize::from(run.origin)).map_or("", String::as_str);
@@ -177,7 +191,11 @@ pub fn explain_crossing(found: &Found, evidence: &Evidence, answer: &mut Answer)
         answer.lineage = family.ancestry(**placed);
         let pieces: Vec<Placed> = here.into_iter().copied().collect();
         asked::tell_ends(&pieces, trace, evidence, answer);
+        for piece in &pieces {
+            asked::tell_next(piece, trace, evidence, answer);
+        }
         tell_refused(&pieces, trace, answer);
+        asked::tell_refusals(&pieces, trace, answer);
     } else {
         answer.tell("origin", "no growth ended here: streets cross that were given, or one was led here later");
     }

@@ -46,12 +46,12 @@ fn blended(patterns: &[PatternSays]) -> String {
 /// What a rule did, a step a line, and what came of it.
 fn decision_says(says: &DecisionSays, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     writeln!(f, "\n{}", says.heading())?;
-    for step in &says.steps {
+    for (number, step) in says.steps.iter().enumerate() {
+        if let Some(left_out) = says.left_out.filter(|left_out| left_out.behind == number) {
+            writeln!(f, "  …         {} further steps", left_out.count)?;
+        }
         let file = step.file.as_ref().map_or(String::new(), |file| format!("{file}:"));
         writeln!(f, "  line {:<4} {}", format!("{file}{}", step.line), step.told)?;
-    }
-    if says.more > 0 {
-        writeln!(f, "  … {} further steps", says.more)?;
     }
     says.outcome.iter().try_for_each(|line| writeln!(f, "  then      {line}"))
 }

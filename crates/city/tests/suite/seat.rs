@@ -136,6 +136,10 @@ fn check_finds_everything_in_all_files_at_once() {
     let tests = "fn test_names() {\n    let a = rule(\"parcels/thrid\");\n    let b = rule(#{ leest: 1 });\n    \
                  let c = rule(\"streets/grid\", #{ heading: 3, block_lenght: 90 });\n    assert(true);\n}\n";
     write(place.path(), "parcels/third.test.rhai", tests);
+    let more =
+        "fn test_all(trial, n) {\n    assert(true);\n}\nfn test_one() {\n    rule().subdivide(#{ aera: 1 });\n}\n";
+    write(place.path(), "parcels/other.rhai", "fn subdivide(shape, p) {\n    shape.area = 3;\n    shape.open();\n}\n");
+    write(place.path(), "parcels/other.test.rhai", more);
     // A file that others import decides nothing, and need not.
     write(place.path(), "streets/lib/lengths.rhai", "fn of(tip) {\n    tip.age * 80\n}\n");
     let report = json(place.path(), &["check", ".", "--json"], 1);
@@ -148,6 +152,8 @@ fn check_finds_everything_in_all_files_at_once() {
         "error ./buildings/fourth.rhai:4:21",
         "error ./buildings/fourth.rhai:5:5",
         "error ./city.rhai:6:14",
+        "error ./parcels/other.rhai:2:11",
+        "error ./parcels/other.test.rhai:1:4",
         "error ./parcels/third.test.rhai:2:13",
         "error ./parcels/third.test.rhai:3:21",
         "error ./parcels/third.test.rhai:4:49",
@@ -156,9 +162,10 @@ fn check_finds_everything_in_all_files_at_once() {
         "error ./streets/second.rhai:2:17",
         "warning ./buildings/fourth.rhai:1:27",
         "warning ./buildings/fourth.rhai:1:44",
+        "warning ./parcels/other.rhai:1:14",
     ];
     assert_eq!(found, wanted, "{report}");
-    assert_eq!(report["files"], 7);
+    assert_eq!(report["files"], 9);
     for fault in report["faults"].as_array().expect("a list") {
         assert!(fault["hint"].is_string() && fault["length"].as_u64() > Some(0), "{fault}");
     }

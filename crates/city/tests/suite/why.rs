@@ -190,6 +190,7 @@ fn ids_may_be_cut_and_misspelt() {
     let [x, y] = [0, 1].map(|i| place.answer(whole)["place"][i].as_f64().expect("a number"));
     assert_eq!(place.answer(&format!("{}, {}", x + 0.4, y))["id"], whole);
     check(&place.why("5000,20", &[]), 2, &["nothing of this layout lies at (5000, 20)", "it reaches from (100, 100)"]);
+    check(&place.why(&whole[..2], &[]), 2, &["is too short for an id", &whole[..2]]);
     check(&place.why("town hall", &[]), 2, &["has the id", "of kind street", "of kind crossing"]);
     let output = place.why("town hall", &["--json"]);
     let error: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
@@ -203,6 +204,15 @@ fn what_was_set_is_remembered_and_what_differs_is_said() {
     assert_eq!(place.answer(id(&street))["parameters"][0]["value"], "80 m");
     check(&place.why(id(&street), &["--set", "minors.pattern.step=60"]), 1, &["not what the city gives now"]);
     check(&place.why(id(&street), &["--set", "minors.pattern.stop=60"]), 2, &["did you mean `step`?"]);
+    // A city that was named by where the command was run is found by its name.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plat"));
+    command.current_dir(place.path("town")).args(["build", ".", "-o", "../here", "--quiet", "--until", "streets"]);
+    check(&command.output().expect("plat runs"), 0, &[]);
+    let here = place.path("here/layout.geojson");
+    check(&why(&here, "600,500", &[]), 0, &["streets/comb"]);
+    fs::rename(place.path("town"), place.path("village")).expect("moved");
+    check(&why(&here, "600,500", &[]), 3, &["--city"]);
+    fs::rename(place.path("village"), place.path("town")).expect("moved back");
     // The folder may move as a whole; alone, a layout does not say where it is from.
     let lonely = place.path("lonely.geojson");
     fs::copy(place.layout(), &lonely).expect("a copy");

@@ -4,9 +4,9 @@ use crate::common::check;
 use crate::common::command::{place, plat};
 use city::export::geojson::write_layout;
 use city::export::layout_file::{LayoutFile, parse_layout};
-use city::why::{Answer, DecisionSays, explain, find};
+use city::why::{Answer, DecisionSays, Kind, PieceSays, explain, find};
 use city::{Built, Cancel, Settings, Silent, Sources, build, load};
-use geom::Id;
+use geom::{Id, Vec2};
 use layout::Use;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -166,8 +166,13 @@ fn the_steps_of_every_element_lead_to_what_is_there() {
             continue;
         };
         if seen.get("none").is_none_or(|count| *count < 3) {
-            let place = inside(&building.footprint);
-            assert_eq!(&town.ask(place).decisions[..], std::slice::from_ref(houses), "the building tells the same");
+            assert_eq!(
+                &town.ask(building.id).decisions[..],
+                std::slice::from_ref(houses),
+                "the building tells the same"
+            );
+            // At a place of it all that was asked there is told.
+            assert_eq!(town.ask(inside(&building.footprint)).decisions, answer.decisions);
         }
         let asked = number_before(&told, " m of height").or(number_before(&told, " m stands in"));
         let cut = told.split("cuts that to ").nth(1);
@@ -191,30 +196,47 @@ fn the_steps_of_every_element_lead_to_what_is_there() {
     }
 }
 
+/// How many pieces that were laid as proposed from where a decision was made are as long as it says: all of them.
+fn laid_as(decision: &DecisionSays, answer: &Answer) -> usize {
+    let lengths: Vec<f64> = decision.outcome.iter().filter_map(|line| number_before(line, " m ")).collect();
+    let is_here = |from: [f64; 2]| decision.about.ends_with(&format!("({:.1}, {:.1})", from[0], from[1]));
+    let here = answer.pieces.iter().filter(|piece| is_here(piece.from) && piece.outcome == "as proposed");
+    let length = |piece: &PieceSays| Vec2::from_array(piece.from).distance(Vec2::from_array(piece.to));
+    let laid: Vec<f64> = here.map(length).collect();
+    let is_told = |laid: &f64| lengths.iter().any(|length| (laid - length).abs() < 0.05);
+    assert!(laid.iter().all(is_told), "{laid:?} of {answer}");
+    laid.len()
+}
+
 #[test]
 fn street_ends_tell_what_was_proposed() {
     let folder = place(&FILES);
     let town = Town::of(&folder.path().join("town"));
     let grown: Vec<_> = town.built.city.runs.iter().filter(|run| run.class == streets::Classes::MINOR).collect();
     assert!(grown.len() > 30);
-    let mut slots = BTreeSet::new();
+    let (mut slots, mut together) = (BTreeSet::new(), 0);
     for run in grown.iter().step_by(2) {
         let answer = town.ask(run.id);
-        // Both patterns of the blend were asked at each end.
+        // Both patterns of the blend were asked at each end, and then what they propose together.
         let ends: BTreeSet<_> = answer.decisions.iter().map(|decision| decision.about.split(", for").next()).collect();
-        assert!(!ends.is_empty() && answer.decisions.len() == 2 * ends.len(), "{answer}");
+        assert!(!ends.is_empty() && answer.decisions.len() == 3 * ends.len(), "{answer}");
         for decision in &answer.decisions {
+            if decision.rule == "the blend of comb, grid" {
+                together += laid_as(decision, &answer);
+                continue;
+            }
             let share = if decision.rule == "streets/comb" { "for 70 % of a blend" } else { "for 30 % of a blend" };
             assert!(decision.about.ends_with(share) && !decision.steps.is_empty(), "{answer}");
             if decision.rule == "streets/comb" {
                 let step = decision.steps.iter().find(|step| step.text == "p.step").expect("it is read");
-                assert_eq!((step.line, step.value.as_deref()), (5, Some("110")));
+                assert_eq!((step.line, step.value.as_deref()), (5, Some("110.0")));
                 assert_eq!(decision.outcome[0], "110 m ahead");
                 assert_eq!(decision.outcome[1], "110 m to the left, turned by 4°, after 2 further steps");
                 slots.insert(decision.outcome.len());
             }
         }
     }
+    assert!(together > 10, "{together} pieces were laid as the blend proposes");
     assert_eq!(slots, BTreeSet::from([2, 3]), "with a branch to the right, and without");
 }
 
@@ -246,4 +268,95 @@ fn people_read_it_a_step_a_line() {
         std::fs::read_to_string(folder.path().join(folder_name).join("report.json")).expect("a report")
     };
     assert_eq!(report("again"), report("out"));
+}
+
+/// Every third proposal is turned, cut, refused or fails; where a street ends in the west the rule marks the place.
+const KEEP: &str = "//! Keep.\nfn constrain(segment, p) {\n    let n = segment.chance(1);\n    \
+    if n < 0.1 { segment.turn(7); } else if n < 0.2 { segment.cut_to(60); }\n    \
+    if n > 0.9 { return segment.refuse(\"unlucky\"); }\n    if n > 0.85 { throw \"no way\"; }\n}\n";
+
+const ENDS: &str = "//! Ends.\nfn propose(tip, p) {\n    for i in 0..400 { tip.chance(i); }\n    \
+    if tip.x < 350 && !tip.is_seed { print(\"west\"); mark(tip.x, tip.y); return; }\n    tip.fork(90, 90);\n}\n";
+
+const KEPT: &str = r#"
+city(#{
+    site: site(#{ size: [900, 900] }), seed: 5,
+    minors: streets(#{ pattern: rule("streets/ends"), constraints: [rule("constraints/standard"), rule("constraints/keep")] }),
+    parcels: rule("parcels/recursive"), buildings: rule("buildings/extruded", #{ setback: 45 }),
+});
+"#;
+
+#[test]
+fn what_rules_refuse_change_and_do_not_propose_is_told_where_it_was_asked() {
+    let folder =
+        place(&[("town/city.rhai", KEPT), ("town/streets/ends.rhai", ENDS), ("town/constraints/keep.rhai", KEEP)]);
+    let town = Town::of(&folder.path().join("town"));
+    let (mut turned, mut cut, mut refused, mut failed) = (0, 0, 0, 0);
+    for run in &town.built.city.runs {
+        let answer = town.ask(run.id);
+        let kept: Vec<&DecisionSays> =
+            answer.decisions.iter().filter(|d| d.function.starts_with("constrain")).collect();
+        assert!(!kept.is_empty(), "{answer}");
+        for decision in &kept {
+            let told = outcome(decision);
+            turned += usize::from(told.contains("turned by 7°"));
+            cut += usize::from(told.contains(", 60 m long"));
+            refused += usize::from(told.contains("refused: constraints/keep: unlucky"));
+            failed += usize::from(told.contains("the rule failed") && told.contains("keep.rhai:6:"));
+        }
+        for piece in &answer.pieces {
+            // Nothing else is in the way here but the site's rim.
+            let changed = kept.iter().any(|decision| outcome(decision).contains("it is to end at"));
+            let by_rule = piece.outcome.ends_with("by constraints/keep");
+            assert!(!by_rule || changed, "{answer}");
+        }
+    }
+    assert!([turned, cut, refused, failed].iter().all(|count| *count > 0), "{turned} {cut} {refused} {failed}");
+    // Where a rule marked, printed and proposed nothing.
+    let mark = town.built.report.marks.first().expect("the west is marked").place;
+    let answer = town.ask(format!("{},{}", mark[0], mark[1]));
+    let here = format!("the street end at ({:.1}, {:.1})", mark[0], mark[1]);
+    let decision = answer.decisions.iter().find(|decision| decision.about == here).expect("it was asked here");
+    assert!(outcome(decision).contains("nothing is proposed: the street ends"), "{answer}");
+    // Of many steps the first and the last are told.
+    let left_out = decision.left_out.expect("there are too many");
+    assert!(left_out.count > 400 && left_out.behind == 200, "{left_out:?}");
+    assert_eq!(decision.steps.last().map(|step| &step.text[..]), Some("mark(tip.x, tip.y)"));
+    assert!(answer.to_string().contains(&format!("…         {} further steps", left_out.count)), "{answer}");
+    // Where nothing lies, and nothing was asked.
+    let mut places = (1..90).flat_map(|x| (1..90).map(move |y| format!("{},{}", 10 * x, 10 * y)));
+    let is_bare = |place: &String| find(&town.layout, place).is_ok_and(|found| found.kind == Kind::Place);
+    let answer = town.ask(places.find(is_bare).expect("land without streets in the west"));
+    assert!(answer.decisions.is_empty() && answer.to_string().contains("nothing lies here"), "{answer}");
+    // A distance that leaves no room.
+    let building = town.built.city.buildings.first().expect("one").id;
+    assert!(outcome(&town.ask(building).decisions[0]).contains("45 m from its rim leave no room: it keeps"));
+}
+
+#[test]
+fn what_a_layout_says_otherwise_is_told_of_every_kind() {
+    let folder = place(&FILES);
+    let mut town = Town::of(&folder.path().join("town"));
+    let tagged = town.built.city.parcels.iter().find(|parcel| !parcel.tags.is_empty() && parcel.usage == Use::Built);
+    let (parcel, block) = tagged.map(|parcel| (parcel.id.to_string(), parcel.block.to_string())).expect("one");
+    let change = |town: &mut Town, file: &str, from: &str, to: &str| {
+        let path = folder.path().join("town").join(file);
+        let text = std::fs::read_to_string(&path).expect("a rule");
+        assert!(text.contains(from));
+        std::fs::write(&path, text.replace(from, to)).expect("written");
+        let now = Town::of(&folder.path().join("town"));
+        (town.sources, town.built) = (now.sources, now.built);
+    };
+    let differs = |town: &Town, id: &str| {
+        let found = find(&town.layout, id).unwrap_or_else(|error| panic!("{error}"));
+        explain(&found, &town.layout, &town.sources, &town.built).differs.join("; ")
+    };
+    change(&mut town, "lots.rhai", "parcel.tag(\"shop\")", "parcel.tag(\"cafe\")");
+    assert_eq!(differs(&town, &parcel), "the parcel carries other tags now");
+    change(&mut town, "lots.rhai", "parcel.tag(\"cafe\")", "parcel.park()");
+    assert!(differs(&town, &parcel).contains("the parcel was built in the layout and is park now"));
+    change(&mut town, "lots.rhai", "most_area: p.most", "most_area: p.most * 3");
+    assert!(differs(&town, &block).contains("parcels in the layout and has others now"));
+    town.sources.plan.seed = 99;
+    assert!(differs(&town, &block).contains("the layout has the seed 3, what is told the seed 99"));
 }

@@ -9,14 +9,15 @@ use crate::host::{Source, kind_of};
 use geom::Vec2;
 use rhai::{AST, Array, Dynamic, Engine, Map};
 use sites::{Site, with_calls};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The word that tells. No identifier that a person writes.
 const TELL: &str = "told__";
-/// Steps that are kept.
-const MOST_STEPS: usize = 300;
+/// Steps that are kept from the first on, and up to the last.
+const FIRST_STEPS: usize = 200;
+const LAST_STEPS: usize = 100;
 /// Letters of a value that are told.
 const LONGEST: usize = 80;
 /// Values of a list that are told one by one.
@@ -68,19 +69,46 @@ pub struct Account(Arc<Mutex<Told>>);
 #[derive(Debug, Default)]
 struct Told {
     sites: Vec<(Arc<str>, Site)>,
-    steps: Vec<Step>,
+    told: Telling,
     /// What is told once only.
     once: BTreeSet<(String, String)>,
-    /// Steps beyond those that are kept.
-    more: usize,
+}
+
+/// What a rule told of one call, or of several.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Telling {
+    /// The first steps.
+    pub first: Vec<Step>,
+    /// How many steps after them were left out.
+    pub left_out: usize,
+    /// The last steps.
+    pub last: VecDeque<Step>,
+}
+
+impl Telling {
+    /// All steps that there are.
+    pub fn steps(&self) -> impl Iterator<Item = &Step> {
+        self.first.iter().chain(&self.last)
+    }
+
+    fn add(&mut self, step: Step) {
+        if self.first.len() < FIRST_STEPS {
+            return self.first.push(step);
+        }
+        self.last.push_back(step);
+        if self.last.len() > LAST_STEPS {
+            self.last.pop_front();
+            self.left_out += 1;
+        }
+    }
 }
 
 impl Account {
-    /// What was told since this was asked last, with how many further steps there were.
-    pub fn take(&self) -> (Vec<Step>, usize) {
+    /// What was told since this was asked last.
+    pub fn take(&self) -> Telling {
         let mut told = self.lock();
         told.once.clear();
-        (std::mem::take(&mut told.steps), std::mem::take(&mut told.more))
+        std::mem::take(&mut told.told)
     }
 
     /// Gives an engine the word that tells.
@@ -111,11 +139,7 @@ impl Account {
         if is_read && !told.once.insert((site.text.clone(), value.clone().unwrap_or_default())) {
             return;
         }
-        if told.steps.len() == MOST_STEPS {
-            told.more += 1;
-        } else {
-            told.steps.push(Step { file, line: site.line, kind: site.kind, text: site.text, value });
-        }
+        told.told.add(Step { file, line: site.line, kind: site.kind, text: site.text, value });
     }
 
     fn lock(&self) -> MutexGuard<'_, Told> {
@@ -173,7 +197,7 @@ fn place_says(at: Vec2) -> String {
     format!("({}, {})", number_says(at.x), number_says(at.y))
 }
 
-/// A number with six digits that count.
+/// A number with a point, and six digits that count.
 fn number_says(number: f64) -> String {
     if !number.is_finite() {
         return if number.is_nan() {
@@ -183,9 +207,11 @@ fn number_says(number: f64) -> String {
         };
     }
     let digits = if number == 0.0 { 0 } else { libm::log10(number.abs()).floor() as i32 };
-    let decimals = usize::try_from(5 - digits).unwrap_or(0).min(12);
+    let decimals = usize::try_from(5 - digits).unwrap_or(0).clamp(1, 12);
     let said = format!("{number:.decimals$}");
-    if said.contains('.') { said.trim_end_matches('0').trim_end_matches('.').to_owned() } else { said }
+    let plain = said.trim_end_matches('0');
+    // It is no whole number, even where it looks like one: a `switch` tells them apart.
+    if plain.ends_with('.') { format!("{plain}0") } else { plain.to_owned() }
 }
 
 /// At most so many letters of a text.

@@ -124,7 +124,7 @@ fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, spot: &Spot) -> Wor
         E::ErrorRuntime(payload, _) => thrown(&payload),
         E::ErrorParsing(kind, _) => syntax(&kind, diagnosis, file, spot.position),
         E::ErrorFunctionNotFound(signature, _) => unknown_function(&signature, diagnosis.vocabulary),
-        E::ErrorVariableNotFound(name, _) => unknown_variable(&name, diagnosis, file),
+        E::ErrorVariableNotFound(name, _) => unknown_variable(&name, diagnosis, file, spot.position),
         E::ErrorPropertyNotFound(name, _) => Complaint::new(format!("there is no `{name}` in this map")),
         E::ErrorDotExpr(message, _) => unknown_property(&message, diagnosis.vocabulary),
         E::ErrorTerminated(token, _) if token.is::<Complaint>() => token.cast(),
@@ -205,7 +205,7 @@ fn too_large(kind: &str) -> Words {
 
 fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Position) -> Words {
     match kind {
-        ParseErrorType::VariableUndefined(name) => unknown_variable(name, diagnosis, file),
+        ParseErrorType::VariableUndefined(name) => unknown_variable(name, diagnosis, file, at),
         ParseErrorType::ModuleUndefined(name) => {
             Complaint::new(format!("no module is imported as `{name}`")).hint(format!("import \"…\" as {name};"))
         }
@@ -232,6 +232,19 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
         ParseErrorType::VariableExpected => not_a_name(diagnosis, file, at, "a variable"),
         ParseErrorType::FnMissingName => not_a_name(diagnosis, file, at, "a function"),
         ParseErrorType::MissingToken(wanted, _) => missing_token(wanted, kind, diagnosis, file, at),
+        ParseErrorType::FnDuplicatedDefinition(name, count) => {
+            let message = format!("there are two functions `{name}` with {}", plural(*count, "argument"));
+            Complaint::new(message).hint("give one of them another name")
+        }
+        ParseErrorType::DuplicatedVariable(name) => {
+            Complaint::new(format!("there are two `{name}` here")).hint("give one of them another name")
+        }
+        ParseErrorType::WrongSwitchIntegerCase => {
+            Complaint::new("a case of one number cannot follow one of a range").hint("put the ranges behind it")
+        }
+        ParseErrorType::WrongSwitchDefaultCase => {
+            Complaint::new("`_` must be the last case").hint("put the other cases before it")
+        }
         ParseErrorType::ExprTooDeep => Complaint::new("brackets or blocks are nested too deeply here")
             .hint("give a part of it a name on a line before, let part = …;, or a function of its own"),
         ParseErrorType::BadInput(LexError::UnexpectedInput(letters)) if letters.chars().all(char::is_alphabetic) => {
@@ -268,9 +281,19 @@ fn not_a_name(diagnosis: &Diagnosis<'_>, file: &str, at: Position, what: &str) -
     let from = text::from_place(&text, at.line().unwrap_or(0), at.position().unwrap_or(0));
     let complaint = Complaint::new(format!("expecting the name of {what}"));
     match text::identifiers(from).next().filter(|word| from.starts_with(word)) {
+        // As in C: for (let i = 0; …).
+        _ if what == "a variable" && is_in_brackets_of_for(&text, at) => {
+            complaint.hint("a loop is written for i in 0..3 { … }")
+        }
         Some(word) => complaint.hint(format!("`{word}` is a word of the language: choose another name")),
         None => complaint.hint("a name is made of letters, digits and `_`, and begins with a letter"),
     }
+}
+
+/// Whether a place stands in a line that begins with `for (`.
+fn is_in_brackets_of_for(text: &str, at: Position) -> bool {
+    let row = text::from_place(text, at.line().unwrap_or(0), 1).trim_start();
+    row.strip_prefix("for").is_some_and(|rest| rest.trim_start().starts_with('('))
 }
 
 fn missing_token(wanted: &str, kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Position) -> Words {
@@ -328,7 +351,14 @@ pub(crate) fn function_like(name: &str, vocabulary: &Vocabulary) -> Option<Strin
     foreign::instead(name).map(str::to_owned).or_else(near)
 }
 
-fn unknown_variable(name: &str, diagnosis: &Diagnosis<'_>, file: &str) -> Words {
+/// Whether a name at a place stands before a `:`, as a key of a map does.
+fn is_key(text: Option<&str>, at: Position, name: &str) -> bool {
+    let rest = text::from_place(text.unwrap_or_default(), at.line().unwrap_or(0), at.position().unwrap_or(0));
+    rest.strip_prefix(name)
+        .is_some_and(|rest| rest.trim_start().starts_with(':') && !rest.trim_start().starts_with("::"))
+}
+
+fn unknown_variable(name: &str, diagnosis: &Diagnosis<'_>, file: &str, at: Position) -> Words {
     let text = diagnosis.texts.get(file);
     let near = text.as_deref().and_then(|text| nearest(name, declared(text)).map(str::to_owned));
     // Whoever writes `fn propose()` knows what it is asked about, and not that it is an argument.
@@ -342,6 +372,7 @@ fn unknown_variable(name: &str, diagnosis: &Diagnosis<'_>, file: &str) -> Words 
         (Some(kind), _) => format!("it is an argument: write `fn {}`", kind.form()),
         (None, Some(near)) => format!("did you mean `{near}`?"),
         (None, None) if let Some(help) = foreign::instead(name) => help.into(),
+        (None, None) if is_key(text.as_deref(), at, name) => "a map begins with `#{`: #{ turn: 3 }".into(),
         (None, None) => "a function sees only its arguments and, as `global::NAME`, the constants of its file".into(),
     };
     Complaint::new(format!("there is no variable `{name}` here")).hint(help)

@@ -22,6 +22,8 @@ pub(crate) fn instead(word: &str) -> Option<&'static str> {
         "lambda" => "a closure is written |x| x + 1",
         "Math" | "math" => "the functions stand by themselves: sin(x), sqrt(x)",
         "console" | "printf" | "println" | "echo" | "log_info" => "print(…) writes into the report and on the terminal",
+        "class" | "struct" | "enum" => "there are functions and maps: #{ turn: 3 }",
+        "self" | "this" => "what a rule is asked about is its argument: tip, block, parcel, shape, segment",
         "foreach" => "write for x in list { … }",
         "new" => "values are made by functions: rule(\"…\"), site(#{ … })",
         _ => return None,

@@ -85,6 +85,27 @@ pub(crate) fn unknown_properties(
     in_order(faults)
 }
 
+/// Properties of a variable that are given values in these statements, which only can be read, by position.
+pub(crate) fn assigned_properties(statements: &[Stmt], variable: &str, file: &str) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut on_node = |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Stmt(Stmt::Assignment(parts))) = path.last()
+            && let Expr::Dot(dot, ..) = &parts.1.lhs
+            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && let Some((name, place)) = property_of(&dot.rhs)
+        {
+            let message = format!("`{variable}.{name}` can be read, but not changed");
+            let help = format!("plat words lists what a {variable} can be told");
+            faults.push(at(place, Fault::new(file, message).with_hint(Some(help))));
+        }
+        true
+    };
+    for statement in statements {
+        statement.walk(&mut Vec::new(), &mut on_node);
+    }
+    in_order(faults)
+}
+
 /// Options in maps written where a function takes options, that it does not know, by position.
 pub(crate) fn unknown_options(ast: &AST, file: &str, text: &str, words: &Vocabulary) -> Vec<Fault> {
     let mut faults = Vec::new();

@@ -193,6 +193,7 @@ fn constrain(rule: &Rule, options: Map) -> Result<Dynamic, Complaint> {
     let to = options.place("to")?.unwrap_or(from + Vec2::new(60.0, 0.0));
     let class = class_of(&mut options)?;
     let mut draft = Draft {
+        id: geom::Id::default(),
         from,
         to,
         heading: Angle::of(to - from),

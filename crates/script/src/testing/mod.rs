@@ -22,10 +22,10 @@ pub use town::{Datum, Feature, Laboratory, Town, TownError};
 pub use trial::Trial;
 
 use crate::city::{SiteInfo, SiteRequest, Sites, missing_rule_at, register_words};
-use crate::fault::{Diagnosis, Fault, of_error, of_panic};
+use crate::fault::{Diagnosis, Fault, column_of, of_error, of_panic};
 use crate::host::{
     Closures, Limits, Resolver, Source, Spending, Vocabulary, compile, engine, miscounted_calls, named_rules,
-    unknown_words,
+    unknown_options, unknown_words,
 };
 use crate::param::{Declared, register as register_params};
 use crate::plan::Plan;
@@ -160,7 +160,9 @@ impl TestFile {
 
     /// Rules that tests ask for and that are not there, and parameters that they do not have.
     pub(crate) fn misnamed_rules(&self) -> Vec<Fault> {
-        let mut faults = Vec::new();
+        let words = Vocabulary::of(&self.engine(&Desk::default(), &self.around), &self.ast);
+        let mut faults = unknown_options(&self.ast, &self.source.path, &self.source.text, &words);
+        faults.extend(self.unasked());
         for named in named_rules(&self.ast, &self.source.text) {
             let own = named.name.as_deref().unwrap_or(&self.rule);
             match self.around.shelves.read(own) {
@@ -173,6 +175,22 @@ impl TestFile {
             }
         }
         faults.into_iter().map(|fault| fault.measured(&self.around.texts)).collect()
+    }
+
+    /// Functions that are called like tests, but are none.
+    fn unasked(&self) -> Vec<Fault> {
+        let is_none = |function: &rhai::ScriptFnMetadata<'_>| {
+            function.name.starts_with(PREFIX) && !is_test(function.name, function.params.len())
+        };
+        let fault = |function: rhai::ScriptFnMetadata<'_>| {
+            let body = &self.ast.shared_lib().get_script_fn(function.name, function.params.len())?.body;
+            let line = body.start_position().line().unwrap_or(0) as u32;
+            let fault = Fault::new(&self.source.path, format!("`{}` is never run", function.name));
+            let help = format!("a test takes nothing, fn {0}(), or a trial, fn {0}(trial)", function.name);
+            let column = column_of(&self.source.text, line, function.name);
+            Some(Fault { line, column, ..fault.with_hint(Some(help)) })
+        };
+        self.ast.iter_functions().filter(is_none).filter_map(fault).collect()
     }
 
     /// Its tests, in the order of the text.
@@ -214,6 +232,10 @@ impl TestFile {
     fn in_test(&self, mut fault: Fault, test: &Test) -> Fault {
         let own = format!("{PREFIX}{}", test.name);
         fault.calls.retain(|call| call.function != own);
+        // Rhai forgets where a limit was hit.
+        if fault.line == 0 {
+            fault.line = test.line;
+        }
         fault
     }
 

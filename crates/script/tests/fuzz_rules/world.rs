@@ -205,6 +205,7 @@ impl World {
     fn ask_drafts(&self, rule: &Rule, faults: &Arc<Faults>) -> Result<Vec<String>, String> {
         let constraint = ConstraintPattern::new(rule.clone(), self.classes.clone(), faults.clone());
         let draft = |from: Vec2, along: Vec2, fields: &Arc<Fields>| Draft {
+            id: geom::Id::default(),
             from,
             to: from + along,
             heading: Angle::of(along),

@@ -83,6 +83,7 @@ pub fn draft(length: f64) -> Draft {
     let density = Field::Constant(900.0);
     let from = Vec2::splat(1000.0);
     Draft {
+        id: geom::Id::default(),
         from,
         to: from + Vec2::X * length,
         heading: Angle::ZERO,

@@ -114,7 +114,7 @@ fn the_steps_in_the_tour_are_those_of_its_rule() {
     let text = snippets("rhai").into_iter().find(|text| text.contains("fn wander(tip)")).expect("the rule before it");
     let (rule, account) = rule(&text).expect("it loads").telling();
     StreetPattern::new(rule, 0, Arc::default(), Arc::default()).propose(&mut tip(20.0));
-    let told: Vec<String> = account.take().0.iter().map(|step| format!("{:<4} {step}", step.line)).collect();
+    let told: Vec<String> = account.take().steps().map(|step| format!("{:<4} {step}", step.line)).collect();
     assert_eq!(shown, told);
 }
 

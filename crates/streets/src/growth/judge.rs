@@ -329,6 +329,7 @@ impl<'a> Judge<'a> {
     /// Asks a rule.
     fn own(&mut self, own: &Own, proposal: &Proposal, line: &Line) -> Result<Option<Line>, Refused> {
         let mut draft = Draft {
+            id: proposal.lineage.id,
             from: proposal.from.metres(),
             to: line.to,
             heading: line.heading,

@@ -214,6 +214,7 @@ impl<'a> Keeper<'a> {
     fn ask(&self, own: &dyn super::Constrain, accepted: &Accepted, to: Point) -> Result<(), Refused> {
         let (from, to) = (accepted.start().metres(), to.metres());
         let mut draft = Draft {
+            id: accepted.lineage.id,
             from,
             to,
             heading: Angle::of(to - from),

@@ -2,13 +2,15 @@
 
 use super::Fields;
 use crate::Class;
-use geom::{Angle, Seed, Vec2};
+use geom::{Angle, Id, Seed, Vec2};
 use std::fmt::Debug;
 use std::sync::Arc;
 
 /// A proposed piece of street as a rule's own constraint sees and changes it. Places in metres.
 #[derive(Clone, Debug)]
 pub struct Draft {
+    /// Lineage of the proposal.
+    pub id: Id,
     /// Where it starts. It stays there.
     pub from: Vec2,
     /// Where it is to end.
