@@ -164,7 +164,7 @@ fn run_stages(
             land: Some(keys.land).filter(|_| settings.until > Until::Streets && within.is_none()),
         }),
     };
-    report.finish(&city, &faults, land.trimmed, land.open);
+    report.finish(&city, &sources.plan, &faults, land.trimmed, land.open);
     report.printed(&sources.plan, &printed);
     report.marked(&sources.plan);
     Ok(Built { city: Arc::new(city), report, trace: network.trace })

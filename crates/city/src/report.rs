@@ -2,7 +2,7 @@
 
 use crate::sources::ImportLog;
 use crate::{City, Sources};
-use script::{Call, Fault, Faults, Note, Plan, Severity};
+use script::{Call, Fault, Faults, Marked, Note, Plan, Severity};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog, Refused};
@@ -48,6 +48,8 @@ pub struct MarkReport {
     pub rule: String,
     /// The place, metres.
     pub place: [f64; 2],
+    /// Where the rule was asked when it did, metres: of several places the first, by x, then y.
+    pub asked: Option<[f64; 2]>,
 }
 
 /// A line that a rule printed.
@@ -258,11 +260,22 @@ impl Report {
             let place = place.map(|at| at.to_array().map(round));
             self.prints.extend((count > 0).then_some(Print { rule, text, count, place }));
         }
+        let mut by_rule: BTreeMap<&str, usize> = BTreeMap::new();
+        self.prints.iter().for_each(|print| *by_rule.entry(&print.rule).or_default() += 1);
+        let full = by_rule.into_iter().filter(|(_, count)| *count >= script::MOST_NOTES);
+        let told = |(rule, count): (&str, usize)| {
+            format!("{rule} prints more texts than are kept: the first {count} in alphabetical order")
+        };
+        let warnings: Vec<String> = full.map(told).collect();
+        self.warnings.extend(warnings);
     }
 
     /// Keeps what rules marked.
     pub(crate) fn marked(&mut self, plan: &Plan) {
-        let mark = |(rule, at): (String, geom::Vec2)| MarkReport { rule, place: at.to_array() };
+        let mark = |(rule, Marked { place, asked }): (String, Marked)| {
+            let asked = asked.map(|at| at.to_array());
+            MarkReport { rule, place: place.to_array(), asked }
+        };
         self.marks = plan.marks().into_iter().map(mark).collect();
     }
 
@@ -274,7 +287,7 @@ impl Report {
         self.warnings.extend(warnings);
     }
 
-    pub(crate) fn finish(&mut self, city: &City, faults: &Faults, trimmed: i128, open: usize) {
+    pub(crate) fn finish(&mut self, city: &City, plan: &Plan, faults: &Faults, trimmed: i128, open: usize) {
         self.counts = BTreeMap::from([
             ("nodes", city.graph.node_count()),
             ("segments", city.graph.segment_count()),
@@ -296,8 +309,20 @@ impl Report {
             self.warn("no streets close a block, so there is no land to divide".into());
         }
         let sorted = faults.sorted();
-        let told = sorted.iter().filter(|fault| !is_in_place(city, fault));
-        self.faults.extend(told.map(FaultReport::from));
+        let told = sorted.iter().filter(|fault| !is_in_place(city, fault) && !self.agrees_elsewhere(plan, fault));
+        let told: Vec<&Fault> = told.collect();
+        self.faults.extend(told.into_iter().map(FaultReport::from));
+    }
+
+    /// Whether a warning that a constraint refuses every street is of some quarters alone: in others minors grew that it agreed
+    /// to. Each quarter asks for itself.
+    fn agrees_elsewhere(&self, plan: &Plan, fault: &Fault) -> bool {
+        let rules = plan.minors.iter().flat_map(|minors| &minors.constraints);
+        let grew = self.growth.get("minors").is_some_and(|growth| growth.accepted > 0);
+        // A quarter with a preset of its own may do without the rule.
+        let is_everywhere = plan.quarters.values().all(|quarter| quarter.preset.is_none());
+        let mut own = rules.filter(|rule| rule.path() == fault.file);
+        fault.message == script::REFUSES_EVERYTHING && grew && is_everywhere && own.next().is_some()
     }
 }
 

@@ -45,6 +45,13 @@ impl Tips {
         known.values().filter(|asked| asked.tip.place().distance(place) <= within).cloned().collect()
     }
 
+    /// The first that was asked in a quarter.
+    pub fn first_in(&self, quarter: Id) -> Option<AskedTip> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let own = known.values().filter(|asked| asked.quarter == Some(quarter));
+        own.min_by_key(|asked| (asked.tip.step, asked.tip.id)).cloned()
+    }
+
     /// The one at the end of a proposal, or at a seed.
     pub fn at(&self, lineage: Id) -> Option<AskedTip> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&lineage).cloned()
@@ -77,11 +84,12 @@ impl Drafts {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&lineage).cloned().unwrap_or_default()
     }
 
-    /// What was asked about proposals from a place.
-    pub fn from(&self, place: Vec2, within: f64) -> Vec<Constrained> {
+    /// What was asked about proposals from or to a place.
+    pub fn near(&self, place: Vec2, within: f64) -> Vec<Constrained> {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let all = known.values().flatten();
-        all.filter(|constrained| constrained.draft.from.distance(place) <= within).cloned().collect()
+        let is_near = |draft: &Draft| draft.from.distance(place) <= within || draft.to.distance(place) <= within;
+        all.filter(|constrained| is_near(&constrained.draft)).cloned().collect()
     }
 }
 

@@ -37,10 +37,10 @@ pub use plan::{
     NO_DISTRICT, Plan, QuarterPlan, Rim, RoleParam, SitePlan, StreetImport, StreetPlan, StreetUnits, Within,
 };
 pub use preset::{Preset, PresetTarget};
-pub use rule::{Note, Rule, RuleKind};
+pub use rule::{MOST_NOTES, Note, Rule, RuleKind};
 pub use words::{
     AssignPattern, Assigned, BareGround, BlockContext, BuildingChoice, BuildingPattern, ConstraintPattern, Ground,
-    PROPOSES_NOTHING, ParcelChoice, ParcelPattern, ShapeContext, StreetPattern, StreetSide,
+    Marked, PROPOSES_NOTHING, ParcelChoice, ParcelPattern, REFUSES_EVERYTHING, ShapeContext, StreetPattern, StreetSide,
 };
 
 use host::{Modules, Shelves};

@@ -5,7 +5,7 @@ use crate::param::{Literal, Misfit, Param, ParamError, Places, Unit, Value, unkn
 use crate::pattern::PatternPlan;
 use crate::preset::{Preset, PresetTarget, in_district};
 use crate::rule::{Note, Rule, RuleKind};
-use crate::words::ConstraintPattern;
+use crate::words::{ConstraintPattern, Marked};
 use geom::{Cells, Id, Point, Polygon, Raster, Vec2};
 use layout::Use;
 use std::borrow::Cow;
@@ -707,11 +707,14 @@ impl Plan {
         self.roles().into_iter().map(|(_, rule)| rule).chain(of_presets)
     }
 
-    /// The places that rules marked: rule and place in metres, in order, each once.
-    pub fn marks(&self) -> Vec<(String, Vec2)> {
+    /// The places that rules marked, with the file of the rule, in order, each once.
+    pub fn marks(&self) -> Vec<(String, Marked)> {
         let marks = |rule: &Rule| rule.marks().into_iter().map(|at| (rule.path().to_owned(), at)).collect::<Vec<_>>();
         let mut found: Vec<_> = self.rules().flat_map(marks).collect();
-        found.sort_by(|(a, p), (b, q)| a.cmp(b).then(p.x.total_cmp(&q.x)).then(p.y.total_cmp(&q.y)));
+        let order = |mark: &Marked| mark.place.to_array();
+        found.sort_by(|(a, p), (b, q)| {
+            a.cmp(b).then(order(p)[0].total_cmp(&order(q)[0])).then(order(p)[1].total_cmp(&order(q)[1]))
+        });
         found.dedup();
         found
     }

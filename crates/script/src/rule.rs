@@ -4,13 +4,14 @@ use crate::account::Account;
 use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
     Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary,
-    assigned_properties, engine, first_call, miscounted_calls, properties, refuse_captures, undeclared,
-    unknown_options, unknown_properties, unknown_words,
+    assigned_properties, engine, first_call, imported_files, miscounted_calls, properties, refuse_captures, undeclared,
+    unknown_imported, unknown_options, unknown_properties, unknown_words,
 };
 use crate::names::nearest;
 use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
 use crate::testing::{Coverage, is_test};
 use crate::words;
+use crate::words::Marked;
 use crate::words::marks::{Marks, register as register_marks};
 use geom::{Digest, Id, Vec2};
 use rhai::{
@@ -161,7 +162,7 @@ pub struct Note {
 }
 
 /// How many different notes of a rule are kept.
-const MOST_NOTES: usize = 200;
+pub const MOST_NOTES: usize = 200;
 
 /// A rule with parameter values. Cheap to clone; shared by threads.
 #[derive(Clone)]
@@ -331,8 +332,16 @@ impl Rule {
     /// What is wrong in a rule that can be loaded, found without calling it: calls with the wrong number of arguments,
     /// parameters that are asked for and not declared; as warnings, parameters that nothing asks for.
     pub(crate) fn doubts(&self) -> Vec<Fault> {
-        let RuleFile { ast, path, texts, vocabulary, .. } = &*self.file;
+        let RuleFile { ast, path, texts, vocabulary, state, around, .. } = &*self.file;
         let mut faults = without_running(ast, path, texts, vocabulary);
+        faults.extend(unknown_imported(ast, path, state));
+        for (name, at) in imported_files(ast) {
+            if let Err(fault) = around.shelves.read(&name) {
+                let (line, column) = (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
+                let message = format!("cannot import `{}`: {}", fault.file, fault.message);
+                faults.push(Fault { line, column, ..Fault::new(path, message).with_hint(fault.hint) });
+            }
+        }
         let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
         for kind in self.kinds() {
             let entry = self.entry(*kind);
@@ -446,8 +455,8 @@ impl Rule {
         notes.values_mut().for_each(|printed| printed.place = None);
     }
 
-    /// The places in metres that it marked, by x, then y.
-    pub fn marks(&self) -> Vec<Vec2> {
+    /// The places that it marked, by x, then y.
+    pub fn marks(&self) -> Vec<Marked> {
         self.file.marks.all()
     }
 
@@ -682,14 +691,15 @@ fn leave_out_tests(ast: &mut AST) {
         let functions = ast.iter_functions().filter(move |function| wanted(function.name, function.params.len()));
         functions.filter_map(|f| Some((f.name.to_owned(), body_of(f.name, f.params.len())?)))
     };
-    let tests: Vec<_> = bodies(is_test).map(|(_, body)| body).collect();
+    // What is called like a test is no part of the rule, whatever it takes.
+    let tests: Vec<_> = bodies(|name, _| is_test(name, 0)).map(|(_, body)| body).collect();
     if tests.is_empty() {
         return;
     }
     let is_inside = |start: &_| tests.iter().any(|(from, to)| from <= start && start <= to);
     let inner: BTreeSet<String> =
         bodies(|_, _| true).filter(|(_, (start, _))| is_inside(start)).map(|(name, _)| name).collect();
-    ast.retain_functions(|_, _, name, arguments| !is_test(name, arguments) && !inner.contains(name));
+    ast.retain_functions(|_, _, name, _| !is_test(name, 0) && !inner.contains(name));
 }
 
 /// Runs the top of the file once: parameters are declared, constants made, imports loaded.

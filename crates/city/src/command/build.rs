@@ -6,7 +6,7 @@ use super::bars::Bars;
 use super::{BuildArguments, Failure, Status, faults};
 use city::export::{ColourBy, MapOptions, Mark};
 use city::progress::{Progress, Stage};
-use city::why::{Answer, explain, find};
+use city::why::{Answer, WhyError, explain, find, on_site};
 use city::{
     BuildError, Built, BuiltFrom, Cache, Cancel, Changes, City, FaultReport, LoadError, Loaded, MarkReport,
     PresetError, Report, Settings, Sources, Trace, build_with, export, load, with_threads,
@@ -206,7 +206,9 @@ fn write(
 fn traced(id: &str, folder: &Path, sources: &Sources, built: &Built) -> Result<Answer, Failure> {
     let layout =
         export::read_layout(&folder.join(export::Format::Layout.file_name())).map_err(|error| failed(&error))?;
-    let found = find(&layout, id).map_err(|error| Failure::new(Status::Usage, error.to_string()))?;
+    let unknown = |error: WhyError| Failure::new(Status::Usage, error.to_string());
+    let found = find(&layout, id).map_err(unknown)?;
+    on_site(&found, sources).map_err(unknown)?;
     Ok(explain(&found, &layout, sources, built))
 }
 
@@ -344,6 +346,10 @@ fn tell(arguments: &BuildArguments, Written { report, files }: &Written, texts: 
     }
     for print in report.prints.iter().take(20).filter(|_| !arguments.quiet) {
         eprintln!("   print    {print}");
+    }
+    let more = report.prints.len().saturating_sub(20);
+    if more > 0 && !arguments.quiet {
+        eprintln!("   print    and {more} more texts: they stand in report.json");
     }
     faults::tell(&report.faults, texts);
     if report.has_faults() { Status::Faults } else { Status::Done }

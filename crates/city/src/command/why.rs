@@ -2,7 +2,7 @@
 
 use super::{Failure, Status, WhyArguments};
 use city::export::{LayoutFile, REPORT, read_layout};
-use city::why::{Kind, explain, find};
+use city::why::{Kind, explain, find, on_site};
 use city::{BuiltFrom, Cancel, LoadError, Settings, Silent, Sources, build, load};
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,9 @@ pub fn run(arguments: &WhyArguments) -> Result<Status, Failure> {
     let layout = read_layout(&arguments.layout).map_err(|error| failed(&error))?;
     let found = find(&layout, &arguments.id).map_err(|error| Failure::new(Status::Usage, error.to_string()))?;
     let sources = sources(arguments, &layout)?;
-    let settings = Settings { until: found.kind.until(), traces: is_of_growth(found.kind), ..Settings::default() };
+    on_site(&found, &sources).map_err(|error| Failure::new(Status::Usage, error.to_string()))?;
+    let traces = found.is_place || is_of_growth(found.kind);
+    let settings = Settings { until: found.kind.until(), traces, ..Settings::default() };
     let built = build(&sources, settings, &Silent, &Cancel::default()).map_err(|error| failed(&error))?;
     let answer = explain(&found, &layout, &sources, &built);
     if arguments.json {

@@ -50,13 +50,20 @@ pub fn tell_refusals(pieces: &[Placed], trace: &Trace, answer: &mut Answer) {
     tell_drafts(refused.flat_map(|refused| trace.drafts().of(refused.lineage.id)), answer);
 }
 
+/// Asks the rules once more with which the growth of a quarter began.
+pub fn tell_quarter(quarter: Id, trace: &Trace, evidence: &Evidence, answer: &mut Answer) {
+    let Some(first) = trace.tips().first_in(quarter) else { return };
+    tell_end(&first, evidence, answer);
+    tell_drafts(trace.drafts().near(first.tip.place(), HERE).into_iter(), answer);
+}
+
 /// Asks all rules once more that were asked at a place.
 pub fn tell_place(place: Vec2, evidence: &Evidence, answer: &mut Answer) {
     let Some(trace) = &evidence.built.trace else { return };
     for tip in trace.tips().near(place, HERE).iter().take(MOST_ENDS) {
         tell_end(tip, evidence, answer);
     }
-    tell_drafts(trace.drafts().from(place, HERE).into_iter(), answer);
+    tell_drafts(trace.drafts().near(place, HERE).into_iter(), answer);
 }
 
 /// The rule of its own that moved the end of a piece last.

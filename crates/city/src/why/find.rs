@@ -1,11 +1,11 @@
 //! Finding what is asked about, and holding it against the city as it is now.
 
 use super::{Evidence, WhyError};
-use crate::Until;
 use crate::export::LayoutFile;
 use crate::export::geojson::write_layout;
 use crate::export::layout_file::{Feature, Geometry, parse_layout};
 use crate::measure::holds;
+use crate::{Sources, Until};
 use geom::Vec2;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -87,13 +87,16 @@ pub fn find(layout: &LayoutFile, id: &str) -> Result<Found, WhyError> {
     let id = id.trim().to_lowercase();
     if let Some(at) = place_of(&id) {
         let found = found_at(layout, at).map(|found| Found { place: Vec2::from_array(at), is_place: true, ..found });
-        return found.or_else(|| bare_place(layout, at)).ok_or_else(|| nowhere(layout, at));
+        return Ok(found.unwrap_or_else(|| bare_place(at)));
     }
     if let Some(found) = exact(layout, &id) {
         return Ok(found);
     }
     let alike: BTreeSet<&str> = ids(layout).filter(|other| other.starts_with(&id)).collect();
-    if !id.is_empty() && id.len() < LEAST_PREFIX && !alike.is_empty() {
+    if id.is_empty() {
+        return Err(unknown(layout, &id));
+    }
+    if id.len() < LEAST_PREFIX && !alike.is_empty() {
         let message = format!("`{id}` is too short for an id: {LEAST_PREFIX} digits are the least");
         let some: Vec<&str> = alike.into_iter().take(2).collect();
         return Err(WhyError::Unknown { message, hint: format!("ids that begin so are {}, …", some.join(", ")) });
@@ -156,40 +159,24 @@ fn distance(from: [f64; 2], to: [f64; 2], at: [f64; 2]) -> f64 {
     at.distance(from + along * share)
 }
 
-/// A place where nothing lies, on the land of the layout.
-fn bare_place(layout: &LayoutFile, at: [f64; 2]) -> Option<Found> {
-    let (place, (low, high)) = (Vec2::from_array(at), reach(layout));
-    let is_on_land = low.cmple(place).all() && place.cmple(high).all();
-    let found =
-        Found { kind: Kind::Place, id: format!("{},{}", at[0], at[1]), features: Vec::new(), place, is_place: true };
-    is_on_land.then_some(found)
+/// A place where nothing lies.
+fn bare_place(at: [f64; 2]) -> Found {
+    let (id, place) = (format!("{},{}", at[0], at[1]), Vec2::from_array(at));
+    Found { kind: Kind::Place, id, features: Vec::new(), place, is_place: true }
 }
 
-/// The least and greatest coordinates of a layout; endless where it is empty.
-fn reach(layout: &LayoutFile) -> (Vec2, Vec2) {
-    let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-    for feature in &layout.features {
-        let places: Vec<[f64; 2]> = match &feature.geometry {
-            Geometry::Point(at) => vec![*at],
-            Geometry::LineString(line) => line.clone(),
-            Geometry::Polygon(rings) => rings.concat(),
-            Geometry::Nothing | Geometry::Other(_) => Vec::new(),
-        };
-        for place in places.into_iter().map(Vec2::from_array) {
-            (low, high) = (low.min(place), high.max(place));
-        }
+/// Whether what was found lies on the site of a city: of a place nothing but that can be wrong.
+///
+/// # Errors
+/// [`WhyError::Unknown`] for a place beyond it.
+pub fn on_site(found: &Found, sources: &Sources) -> Result<(), WhyError> {
+    let (low, high) = (sources.site.bounds.min.metres(), sources.site.bounds.max.metres());
+    if !found.is_place || (low.cmple(found.place).all() && found.place.cmple(high).all()) {
+        return Ok(());
     }
-    (low, high)
-}
-
-fn nowhere(layout: &LayoutFile, [x, y]: [f64; 2]) -> WhyError {
-    let (low, high) = reach(layout);
-    let hint = if low.is_finite() {
-        format!("it reaches from ({:.0}, {:.0}) to ({:.0}, {:.0}) m", low.x, low.y, high.x, high.y)
-    } else {
-        "it is empty".into()
-    };
-    WhyError::Unknown { message: format!("nothing of this layout lies at ({x}, {y})"), hint }
+    let message = format!("({}, {}) does not lie on the site", found.place.x, found.place.y);
+    let hint = format!("it reaches from ({:.0}, {:.0}) to ({:.0}, {:.0}) m", low.x, low.y, high.x, high.y);
+    Err(WhyError::Unknown { message, hint })
 }
 
 fn ids(layout: &LayoutFile) -> impl Iterator<Item = &str> {

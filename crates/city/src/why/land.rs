@@ -1,7 +1,7 @@
 //! Why a quarter, block, parcel or building is there.
 
 use super::lineage::{distance_to, logs};
-use super::{Answer, Evidence, Found, derived, ground};
+use super::{Answer, Evidence, Found, asked, derived, ground};
 use crate::City;
 use crate::export::layout_file::Properties;
 use geom::{Id, Vec2};
@@ -43,6 +43,12 @@ pub fn explain_quarter(found: &Found, evidence: &Evidence, answer: &mut Answer) 
         for (reason, count) in log.log.refusals.iter() {
             answer.tell("refused", format!("{count} × {reason}"));
         }
+        for (why, count) in &log.log.reasons {
+            answer.tell("by rules", format!("{count} × {why}"));
+        }
+    }
+    if let Some(id) = id {
+        asked::tell_quarter(id, trace, evidence, answer);
     }
 }
 

@@ -16,7 +16,7 @@ mod street;
 mod text;
 
 pub use decision::{DecisionSays, LeftOut, StepSays};
-pub use find::{Found, Kind, find};
+pub use find::{Found, Kind, find, on_site};
 
 use crate::export::LayoutFile;
 use crate::{Built, Sources};

@@ -48,7 +48,7 @@ fn decision_says(says: &DecisionSays, f: &mut fmt::Formatter<'_>) -> fmt::Result
     writeln!(f, "\n{}", says.heading())?;
     for (number, step) in says.steps.iter().enumerate() {
         if let Some(left_out) = says.left_out.filter(|left_out| left_out.behind == number) {
-            writeln!(f, "  …         {} further steps", left_out.count)?;
+            writeln!(f, "  …         {} further steps, without those that did something or printed", left_out.count)?;
         }
         let file = step.file.as_ref().map_or(String::new(), |file| format!("{file}:"));
         writeln!(f, "  line {:<4} {}", format!("{file}{}", step.line), step.told)?;

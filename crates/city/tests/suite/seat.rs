@@ -58,6 +58,24 @@ fn new_things_are_sound_and_work() {
 }
 
 #[test]
+fn what_a_rule_asks_of_others_is_checked() {
+    let place = place(&[
+        ("streets/lib.rhai", "fn twice(x) { 2 * x }\n"),
+        (
+            "streets/a.rhai",
+            "import \"streets/lib\" as lib;\nconst MOST = 3;\nfn propose(tip, p) {\n    tip.ahead(lib::twice(30, 4));\n    \
+             tip.branch_left(lib::twise(global::MOTS));\n    if tip.age > global::MOST { import \"streets/none\" as n; \
+             tip.ahead(n::f()); }\n    tip.branch_right(lib::twice(9));\n}\n",
+        ),
+        ("streets/b.rhai", "fn propose(tip, p) { tip.ahead(80); }\nfn test_two(trial, n) { assert(true); }\n"),
+    ]);
+    let report = json(place.path(), &["check", ".", "--json"], 1);
+    let wanted = ["a.rhai:4:20", "a.rhai:5:26", "a.rhai:5:40", "a.rhai:6:40", "b.rhai:2:4"];
+    assert_eq!(spots(&report), wanted.map(|place| format!("error ./streets/{place}")), "{report}");
+    assert!(report["faults"].as_array().expect("a list").iter().all(|fault| fault["hint"].is_string()), "{report}");
+}
+
+#[test]
 fn a_word_that_is_not_there_has_one_like_it() {
     let place = place(&[]);
     assert!(expect(place.path(), &["words", "ahead"], 0).contains("tip.ahead(80)"));

@@ -189,7 +189,12 @@ fn ids_may_be_cut_and_misspelt() {
     // A place will do, too: that of the street's middle, and one that nothing is at.
     let [x, y] = [0, 1].map(|i| place.answer(whole)["place"][i].as_f64().expect("a number"));
     assert_eq!(place.answer(&format!("{}, {}", x + 0.4, y))["id"], whole);
-    check(&place.why("5000,20", &[]), 2, &["nothing of this layout lies at (5000, 20)", "it reaches from (100, 100)"]);
+    check(
+        &place.why("5000,20", &[]),
+        2,
+        &["(5000, 20) does not lie on the site", "it reaches from (0, 0) to (1000, 1000)"],
+    );
+    check(&place.why(" ", &[]), 2, &["has the id ``", "of kind street"]);
     check(&place.why(&whole[..2], &[]), 2, &["is too short for an id", &whole[..2]]);
     check(&place.why("town hall", &[]), 2, &["has the id", "of kind street", "of kind crossing"]);
     let output = place.why("town hall", &["--json"]);

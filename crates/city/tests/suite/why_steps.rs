@@ -275,7 +275,7 @@ const KEEP: &str = "//! Keep.\nfn constrain(segment, p) {\n    let n = segment.c
     if n < 0.1 { segment.turn(7); } else if n < 0.2 { segment.cut_to(60); }\n    \
     if n > 0.9 { return segment.refuse(\"unlucky\"); }\n    if n > 0.85 { throw \"no way\"; }\n}\n";
 
-const ENDS: &str = "//! Ends.\nfn propose(tip, p) {\n    for i in 0..400 { tip.chance(i); }\n    \
+const ENDS: &str = "//! Ends.\nfn propose(tip, p) {\n    for i in 0..400 { if tip.chance(i) < 0 { } if i == 250 { print(\"half way\"); } }\n    \
     if tip.x < 350 && !tip.is_seed { print(\"west\"); mark(tip.x, tip.y); return; }\n    tip.fork(90, 90);\n}\n";
 
 const KEPT: &str = r#"
@@ -321,8 +321,9 @@ fn what_rules_refuse_change_and_do_not_propose_is_told_where_it_was_asked() {
     // Of many steps the first and the last are told.
     let left_out = decision.left_out.expect("there are too many");
     assert!(left_out.count > 400 && left_out.behind == 200, "{left_out:?}");
+    assert_eq!(decision.steps[200].value.as_deref(), Some("half way"), "what is printed between is told");
     assert_eq!(decision.steps.last().map(|step| &step.text[..]), Some("mark(tip.x, tip.y)"));
-    assert!(answer.to_string().contains(&format!("…         {} further steps", left_out.count)), "{answer}");
+    assert!(answer.to_string().contains(&format!("…         {} further steps, without", left_out.count)), "{answer}");
     // Where nothing lies, and nothing was asked.
     let mut places = (1..90).flat_map(|x| (1..90).map(move |y| format!("{},{}", 10 * x, 10 * y)));
     let is_bare = |place: &String| find(&town.layout, place).is_ok_and(|found| found.kind == Kind::Place);
@@ -359,4 +360,39 @@ fn what_a_layout_says_otherwise_is_told_of_every_kind() {
     assert!(differs(&town, &block).contains("parcels in the layout and has others now"));
     town.sources.plan.seed = 99;
     assert!(differs(&town, &block).contains("the layout has the seed 3, what is told the seed 99"));
+}
+
+#[test]
+fn a_quarter_where_all_is_refused_says_so_and_the_rule_is_no_mistake() {
+    let city = r#"
+city(#{
+    site: site(#{ size: [1000, 600] }), seed: 2,
+    given: [line([[50, 50], [950, 50], [950, 550], [50, 550], [50, 50]]), line([[500, 50], [500, 550]])],
+    minors: streets(#{ pattern: rule("streets/grid", #{ block_length: 120, block_width: 80 }),
+                       constraints: [rule("constraints/standard"), rule("constraints/east")] }),
+});
+"#;
+    let east = "//! East.\nfn constrain(segment, p) {\n    if segment.from_x < 490 { print(\"west\"); segment.refuse(\"west\"); }\n}\n";
+    let folder = place(&[("town/city.rhai", city), ("town/constraints/east.rhai", east)]);
+    let town = Town::of(&folder.path().join("town"));
+    assert!(town.built.report.faults.is_empty(), "{:?}", town.built.report.faults);
+    let quarter = town.built.city.quarters.iter().find(|quarter| quarter.polygon.centroid().x < 500.0).expect("one");
+    let answer = town.ask(quarter.id);
+    let told = answer.to_string();
+    assert!(
+        told.contains("× constraints/east: west") && told.contains("then      refused: constraints/east: west"),
+        "{told}"
+    );
+    assert!(answer.decisions.iter().any(|decision| decision.function.starts_with("propose")), "{told}");
+    // The place of the print shows the call, though nothing was laid there.
+    let at = town
+        .built
+        .report
+        .prints
+        .iter()
+        .find(|print| print.text == "west")
+        .and_then(|print| print.place)
+        .expect("a place");
+    let told = town.ask(format!("{},{}", at[0], at[1])).to_string();
+    assert!(told.contains("line 3    print: west"), "{told}");
 }

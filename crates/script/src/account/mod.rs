@@ -15,8 +15,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The word that tells. No identifier that a person writes.
 const TELL: &str = "told__";
-/// Steps that are kept from the first on, and up to the last.
+/// Steps that are kept from the first on, of those behind that did something or printed, and up to the last.
 const FIRST_STEPS: usize = 200;
+const DOING_STEPS: usize = 100;
 const LAST_STEPS: usize = 100;
 /// Letters of a value that are told.
 const LONGEST: usize = 80;
@@ -47,6 +48,13 @@ pub struct Step {
     pub text: String,
     /// What came of it; nothing where that has no value.
     pub value: Option<String>,
+}
+
+impl Step {
+    /// Whether it printed, marked a place or told what is to be done: such a call has no value.
+    fn does_something(&self) -> bool {
+        self.kind == StepKind::Print || self.value.is_none()
+    }
 }
 
 impl fmt::Display for Step {
@@ -81,6 +89,8 @@ pub struct Telling {
     pub first: Vec<Step>,
     /// How many steps after them were left out.
     pub left_out: usize,
+    /// Steps from among those that printed, marked a place or told what is to be done.
+    pub doing: Vec<Step>,
     /// The last steps.
     pub last: VecDeque<Step>,
 }
@@ -88,7 +98,7 @@ pub struct Telling {
 impl Telling {
     /// All steps that there are.
     pub fn steps(&self) -> impl Iterator<Item = &Step> {
-        self.first.iter().chain(&self.last)
+        self.first.iter().chain(&self.doing).chain(&self.last)
     }
 
     fn add(&mut self, step: Step) {
@@ -97,8 +107,10 @@ impl Telling {
         }
         self.last.push_back(step);
         if self.last.len() > LAST_STEPS {
-            self.last.pop_front();
-            self.left_out += 1;
+            match self.last.pop_front() {
+                Some(step) if step.does_something() && self.doing.len() < DOING_STEPS => self.doing.push(step),
+                _ => self.left_out += 1,
+            }
         }
     }
 }

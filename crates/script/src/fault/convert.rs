@@ -239,6 +239,9 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
         ParseErrorType::DuplicatedVariable(name) => {
             Complaint::new(format!("there are two `{name}` here")).hint("give one of them another name")
         }
+        ParseErrorType::AssignmentToConstant(name) if !name.is_empty() => {
+            Complaint::new(format!("`{name}` is a constant")).hint(format!("make it a variable: let {name} = …;"))
+        }
         ParseErrorType::WrongSwitchIntegerCase => {
             Complaint::new("a case of one number cannot follow one of a range").hint("put the ranges behind it")
         }
@@ -247,7 +250,13 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
         }
         ParseErrorType::ExprTooDeep => Complaint::new("brackets or blocks are nested too deeply here")
             .hint("give a part of it a name on a line before, let part = …;, or a function of its own"),
-        ParseErrorType::BadInput(LexError::UnexpectedInput(letters)) if letters.chars().all(char::is_alphabetic) => {
+        ParseErrorType::BadInput(LexError::UnexpectedInput(word)) if word == "else" => {
+            Complaint::new("this `else` has no `if`")
+                .hint("it stands behind the `}` of an `if`, with nothing in between")
+        }
+        ParseErrorType::BadInput(LexError::UnexpectedInput(letters))
+            if letters.chars().all(|letter| letter.is_alphabetic() && !letter.is_ascii()) =>
+        {
             Complaint::new(format!("a name cannot have `{letters}`"))
                 .hint("names are made of the letters a to z, digits and `_`; texts may have all letters")
         }
@@ -285,7 +294,10 @@ fn not_a_name(diagnosis: &Diagnosis<'_>, file: &str, at: Position, what: &str) -
         _ if what == "a variable" && is_in_brackets_of_for(&text, at) => {
             complaint.hint("a loop is written for i in 0..3 { … }")
         }
-        Some(word) => complaint.hint(format!("`{word}` is a word of the language: choose another name")),
+        Some(word) => complaint.hint(
+            foreign::instead(word)
+                .map_or_else(|| format!("`{word}` is a word of the language: choose another name"), str::to_owned),
+        ),
         None => complaint.hint("a name is made of letters, digits and `_`, and begins with a letter"),
     }
 }

@@ -9,7 +9,7 @@ pub(crate) fn instead(word: &str) -> Option<&'static str> {
         "timestamp" | "time" | "now" | "today" | "clock" | "sleep" => {
             "rules know no clock: the same script gives the same city at any time"
         }
-        "blob" | "bytes" | "buffer" => "there are numbers, texts, lists and maps",
+        "blob" => "there are numbers, texts, lists and maps",
         "null" | "nil" | "undefined" | "None" => "nothing is written `()`",
         "True" | "TRUE" => "write `true`",
         "False" | "FALSE" => "write `false`",
@@ -18,7 +18,8 @@ pub(crate) fn instead(word: &str) -> Option<&'static str> {
         "not" => "write `!`",
         "elif" | "elsif" | "elseif" => "write `else if`",
         "def" | "function" | "func" | "fun" => "functions are written fn name(argument) { … }",
-        "var" | "auto" | "val" | "int" | "float" | "double" => "variables begin with `let`: let x = 3;",
+        "var" | "auto" | "int" | "float" | "double" => "variables begin with `let`: let x = 3;",
+        "match" => "write switch x { 1 => …, _ => … }",
         "lambda" => "a closure is written |x| x + 1",
         "Math" | "math" => "the functions stand by themselves: sin(x), sqrt(x)",
         "console" | "printf" | "println" | "echo" | "log_info" => "print(…) writes into the report and on the terminal",

@@ -1,10 +1,12 @@
 //! What can be found wrong in a script before it runs. Rhai itself finds it only when it is reached.
 
+use super::vocabulary::split;
 use super::{Closures, Vocabulary};
 use crate::fault::{Fault, function_like, key_position, plural};
 use crate::names::hint;
-use rhai::{AST, ASTNode, Expr, FnCallExpr, Map, Position, Stmt};
+use rhai::{AST, ASTNode, Expr, FnCallExpr, GlobalRuntimeState, Map, Module, Position, Stmt};
 use std::collections::BTreeSet;
+use std::sync::PoisonError;
 
 /// A call in a script.
 struct Called<'a> {
@@ -83,6 +85,77 @@ pub(crate) fn unknown_properties(
         statement.walk(&mut Vec::new(), &mut on_node);
     }
     in_order(faults)
+}
+
+/// What a script asks of what it imports at its top, or of its own constants, and is not there, by position: functions with so
+/// many arguments, and `global::NAME`.
+pub(crate) fn unknown_imported(ast: &AST, file: &str, state: &GlobalRuntimeState) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let constants = state.constants.as_ref().map(|constants| constants.read().unwrap_or_else(PoisonError::into_inner));
+    let known: Vec<&str> = constants.iter().flat_map(|constants| constants.keys()).map(|name| name.as_str()).collect();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let Some(called) = path.last().and_then(called) {
+            let module = called.call.namespace.to_string();
+            let functions = state.find_import(&module).and_then(|index| state.get_shared_import(index));
+            if let Some(functions) = functions {
+                faults.extend(unknown_in(&called, &module, &functions, file));
+            }
+        }
+        if let Some(ASTNode::Expr(Expr::Variable(variable, _, place))) = path.last()
+            && variable.2.to_string() == "global"
+            && !known.contains(&variable.1.as_str())
+        {
+            let name = variable.1.as_str();
+            let help =
+                hint(name, known.iter().copied()).unwrap_or_else(|| format!("write const {name} = …; at the top"));
+            let message = format!("there is no constant `global::{name}`");
+            faults.push(at(*place, Fault::new(file, message).with_hint(Some(help))));
+        }
+        true
+    });
+    in_order(faults)
+}
+
+/// What is wrong with a call of a function of a module.
+fn unknown_in(called: &Called<'_>, module: &str, functions: &Module, file: &str) -> Option<Fault> {
+    let (name, count) = (called.call.name.as_str(), called.call.args.len());
+    let read = |signature: String| {
+        let (name, rest) = signature.split_once('(')?;
+        let arguments = rest.rsplit_once(')').map_or(rest, |(arguments, _)| arguments);
+        let count = if arguments.trim().is_empty() { 0 } else { split(arguments, ',').len() };
+        Some((name.trim().to_owned(), count))
+    };
+    let all: Vec<(String, usize)> =
+        functions.gen_fn_signatures_with_mapper(|name| name.into()).filter_map(read).collect();
+    let counts: Vec<usize> = all.iter().filter(|(own, _)| own == name).map(|(_, count)| *count).collect();
+    if counts.contains(&count) {
+        return None;
+    }
+    let (message, help) = match counts.first() {
+        Some(wanted) => {
+            let message = format!("`{module}::{name}` does not take {}", plural(count, "argument"));
+            (message, Some(format!("it takes {}", plural(*wanted, "argument"))))
+        }
+        None => {
+            let help = hint(name, all.iter().map(|(own, _)| own.as_str()));
+            (format!("there is no function `{module}::{name}`"), help)
+        }
+    };
+    Some(at(called.at, Fault::new(file, message).with_hint(help)))
+}
+
+/// Files that a script imports by a written name, with where.
+pub(crate) fn imported_files(ast: &AST) -> Vec<(String, Position)> {
+    let mut found = Vec::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Stmt(Stmt::Import(parts, _))) = path.last()
+            && let Expr::StringConstant(name, place) = &parts.0
+        {
+            found.push((name.to_string(), *place));
+        }
+        true
+    });
+    found
 }
 
 /// Properties of a variable that are given values in these statements, which only can be read, by position.

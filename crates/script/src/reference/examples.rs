@@ -58,7 +58,7 @@ pub(super) const PLAIN: [(&str, &str); 37] = [
 ];
 
 /// What is asked, `*` for several things alike; the word; a line. `IT` is what it is asked of.
-const EXAMPLES: [(&str, &str, &str); 134] = [
+const EXAMPLES: [(&str, &str, &str); 135] = [
     ("", "PI", "sin(PI() / 2)"),
     ("", "sin", "sin(to_radians(30))"),
     ("", "cos", "cos(to_radians(60))"),
@@ -113,6 +113,7 @@ const EXAMPLES: [(&str, &str, &str); 134] = [
     ("", "arms", "arms(4)"),
     ("", "own", "own()"),
     ("", "mark", "mark(500, 400)"),
+    ("", "print", "print(tip.density)"),
     ("tip", "steer", "tip.steer(cross(0))"),
     ("tip", "ahead", "tip.ahead(80)"),
     ("tip", "branch_left", "tip.branch_left(60, #{ delay: 2, width: 8 })"),

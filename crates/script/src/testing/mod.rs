@@ -141,10 +141,10 @@ impl TestFile {
         let mut ast = compiled.map_err(|error| vec![early(*error)])?;
         ast.set_source(source.path.as_str());
         file.tests = tests_of(&ast);
+        file.ast = ast;
         if file.tests.is_empty() && !is_beside(name) {
             return Ok(file);
         }
-        file.ast = ast;
         let words = Vocabulary::of(&engine, &file.ast);
         let mut faults = unknown_words(&file.ast, &source.path, &words);
         faults.extend(miscounted_calls(&file.ast, &source.path, &words));

@@ -4,7 +4,7 @@ use crate::fault::{Complaint, Refusal};
 use crate::host::numeric;
 use geom::Vec2;
 use rhai::{Dynamic, Engine, FuncRegistration};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use streets::growth::Peak;
 
@@ -15,13 +15,33 @@ const PARTS: f64 = 100.0;
 
 /// The places marked so far. Sorted: threads mark in any order. Cheap to clone.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Marks(Arc<Mutex<BTreeSet<(i64, i64)>>>);
+pub(crate) struct Marks(Arc<Mutex<BTreeMap<Key, Option<Key>>>>);
+
+/// A place in parts of a metre.
+type Key = (i64, i64);
+
+fn key(at: Vec2) -> Key {
+    ((at.x * PARTS).round() as i64, (at.y * PARTS).round() as i64)
+}
+
+fn place((x, y): Key) -> Vec2 {
+    Vec2::new(x as f64, y as f64) / PARTS
+}
+
+/// A place that a rule marked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marked {
+    /// The place, metres.
+    pub place: Vec2,
+    /// Where the rule was asked when it did, metres: of several places the first, by x, then y.
+    pub asked: Option<Vec2>,
+}
 
 impl Marks {
-    /// All places in metres, by x, then y.
-    pub fn all(&self) -> Vec<Vec2> {
+    /// All of them, by x, then y.
+    pub fn all(&self) -> Vec<Marked> {
         let marks = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        marks.iter().map(|&(x, y)| Vec2::new(x as f64, y as f64) / PARTS).collect()
+        marks.iter().map(|(at, asked)| Marked { place: place(*at), asked: asked.map(place) }).collect()
     }
 
     /// Forgets them.
@@ -34,9 +54,13 @@ impl Marks {
             return Err(Complaint::new("a mark cannot lie more than 1000 km away"));
         }
         crate::effects::noted();
-        let key = ((at.x * PARTS).round() as i64, (at.y * PARTS).round() as i64);
+        let asked = crate::effects::place().map(key);
         let mut marks = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        marks.insert(key);
+        let known = marks.entry(key(at)).or_insert(asked);
+        *known = match (*known, asked) {
+            (Some(known), Some(asked)) => Some(known.min(asked)),
+            (known, asked) => known.or(asked),
+        };
         // The first in order stay, whatever came first.
         if marks.len() > MOST {
             marks.pop_last();

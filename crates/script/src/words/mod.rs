@@ -16,9 +16,10 @@ mod tip;
 pub use block::{BlockContext, ParcelChoice, ParcelPattern};
 pub(crate) use chain::chain_of;
 pub use ground::{BareGround, Ground, StreetSide};
+pub use marks::Marked;
 pub(crate) use once::{density, goal_of};
 pub use parcel::{AssignPattern, Assigned};
-pub use segment::ConstraintPattern;
+pub use segment::{ConstraintPattern, REFUSES_EVERYTHING};
 pub use shape::{BuildingChoice, BuildingPattern, ShapeContext};
 pub use tip::{PROPOSES_NOTHING, StreetPattern};
 

@@ -14,6 +14,10 @@ use std::sync::Arc;
 use streets::Classes;
 use streets::growth::{Constrain, Draft, Field, Fields};
 
+/// What is told of a constraint that refuses everything that it is asked about: in a class of streets, or in a quarter. Where it
+/// agrees elsewhere that is no mistake.
+pub const REFUSES_EVERYTHING: &str = "this constraint refuses every street";
+
 /// A local constraint that a rule decides: what the growth kernel asks.
 pub struct ConstraintPattern {
     caller: Caller<Drafting>,
@@ -26,8 +30,7 @@ impl Drop for ConstraintPattern {
     /// At the end of the stage it is known whether the rule admitted anything.
     fn drop(&mut self) {
         let hint = "a street stays as it is unless segment.refuse(…) is called: is a comparison the wrong way round?";
-        let message = "this constraint refuses every street";
-        self.tally.warn(self.caller.rule(), RuleKind::Constrain, message, hint, &self.faults);
+        self.tally.warn(self.caller.rule(), RuleKind::Constrain, REFUSES_EVERYTHING, hint, &self.faults);
     }
 }
 
