@@ -248,7 +248,7 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
         ParseErrorType::WrongSwitchDefaultCase => {
             Complaint::new("`_` must be the last case").hint("put the other cases before it")
         }
-        ParseErrorType::ExprTooDeep => Complaint::new("brackets or blocks are nested too deeply here")
+        ParseErrorType::ExprTooDeep => Complaint::new("this expression is too deep or too long")
             .hint("give a part of it a name on a line before, let part = …;, or a function of its own"),
         ParseErrorType::BadInput(LexError::UnexpectedInput(word)) if word == "else" => {
             Complaint::new("this `else` has no `if`")

@@ -70,7 +70,7 @@ fn endless_recursion_ends() {
 #[test]
 fn deep_expressions_are_refused_when_read() {
     let deep = format!("fn propose(tip, p) {{ tip.ahead({}1{}) }}", "(1 + ".repeat(200), ")".repeat(200));
-    assert_eq!(refused(&deep).message, "brackets or blocks are nested too deeply here");
+    assert_eq!(refused(&deep).message, "this expression is too deep or too long");
 }
 
 #[test]
