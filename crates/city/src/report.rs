@@ -2,7 +2,7 @@
 
 use crate::sources::ImportLog;
 use crate::{City, Sources};
-use script::{Call, Fault, Faults, Marked, Note, Plan, Severity};
+use script::{Call, Fault, Faults, Marked, Note, Plan, Severity, StreetPlan};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use streets::growth::{GrowthLog, MergeLog, Refused};
@@ -317,12 +317,15 @@ impl Report {
     /// Whether a warning that a constraint refuses every street is of some quarters alone: in others minors grew that it agreed
     /// to. Each quarter asks for itself.
     fn agrees_elsewhere(&self, plan: &Plan, fault: &Fault) -> bool {
-        let rules = plan.minors.iter().flat_map(|minors| &minors.constraints);
+        let is_among = |streets: &Option<StreetPlan>| {
+            streets.iter().flat_map(|streets| &streets.constraints).any(|rule| rule.path() == fault.file)
+        };
+        // Which class it was asked about is not told: of another one it may be true.
+        let is_of_minors = is_among(&plan.minors) && !is_among(&plan.majors) && !is_among(&plan.highways);
         let grew = self.growth.get("minors").is_some_and(|growth| growth.accepted > 0);
         // A quarter with a preset of its own may do without the rule.
         let is_everywhere = plan.quarters.values().all(|quarter| quarter.preset.is_none());
-        let mut own = rules.filter(|rule| rule.path() == fault.file);
-        fault.message == script::REFUSES_EVERYTHING && grew && is_everywhere && own.next().is_some()
+        fault.message == script::REFUSES_EVERYTHING && grew && is_everywhere && is_of_minors
     }
 }
 

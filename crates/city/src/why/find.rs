@@ -1,5 +1,6 @@
 //! Finding what is asked about, and holding it against the city as it is now.
 
+use super::lineage::metres_to;
 use super::{Evidence, WhyError};
 use crate::export::LayoutFile;
 use crate::export::geojson::write_layout;
@@ -129,7 +130,11 @@ fn found_at(layout: &LayoutFile, at: [f64; 2]) -> Option<Found> {
         let kind = Kind::of(feature)?;
         let order = match (kind, &feature.geometry) {
             (Kind::Building, Geometry::Polygon(rings)) if holds(rings, at) => 0,
-            (Kind::Crossing, Geometry::Point(point)) if distance(*point, *point, at) <= NEAR[0] => 1,
+            (Kind::Crossing, Geometry::Point(point))
+                if Vec2::from_array(*point).distance(Vec2::from_array(at)) <= NEAR[0] =>
+            {
+                1
+            }
             (Kind::Parcel, Geometry::Polygon(rings)) if holds(rings, at) => 2,
             (Kind::Street, Geometry::LineString(line)) if distance_to_line(line, at) <= NEAR[1] => 3,
             (Kind::Block, Geometry::Polygon(rings)) if holds(rings, at) => 4,
@@ -148,15 +153,8 @@ fn found_at(layout: &LayoutFile, at: [f64; 2]) -> Option<Found> {
 }
 
 fn distance_to_line(line: &[[f64; 2]], at: [f64; 2]) -> f64 {
-    line.windows(2).map(|pair| distance(pair[0], pair[1], at)).fold(f64::INFINITY, f64::min)
-}
-
-/// Metres from a place to a straight line between two others.
-fn distance(from: [f64; 2], to: [f64; 2], at: [f64; 2]) -> f64 {
-    let [from, to, at] = [from, to, at].map(Vec2::from_array);
-    let along = to - from;
-    let share = ((at - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    at.distance(from + along * share)
+    let side = |pair: &[[f64; 2]]| (Vec2::from_array(pair[0]), Vec2::from_array(pair[1]));
+    line.windows(2).map(|pair| metres_to(Vec2::from_array(at), side(pair))).fold(f64::INFINITY, f64::min)
 }
 
 /// A place where nothing lies.

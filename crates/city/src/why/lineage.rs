@@ -156,7 +156,11 @@ pub fn outcome_says(outcome: Outcome, by: Option<String>) -> String {
 
 /// Metres from a place to a line.
 pub fn distance_to(at: Vec2, (from, to): (Point, Point)) -> f64 {
-    let (from, to) = (from.metres(), to.metres());
+    metres_to(at, (from.metres(), to.metres()))
+}
+
+/// The same of a line in metres.
+pub fn metres_to(at: Vec2, (from, to): (Vec2, Vec2)) -> f64 {
     let along = to - from;
     let share =
         if along == Vec2::ZERO { 0.0 } else { ((at - from).dot(along) / along.length_squared()).clamp(0.0, 1.0) };
