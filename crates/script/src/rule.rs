@@ -119,7 +119,6 @@ struct RuleFile {
     /// As it was when the top of the file had run: functions, imports, constants.
     state: GlobalRuntimeState,
     kinds: Vec<RuleKind>,
-    texts: Texts,
     /// What it was loaded among, to load it again.
     around: Surroundings,
     notes: Notes,
@@ -319,7 +318,6 @@ impl Rule {
             engine,
             ast,
             state,
-            texts: around.texts.clone(),
             around: around.unshared(),
             notes,
             marks,
@@ -332,7 +330,8 @@ impl Rule {
     /// What is wrong in a rule that can be loaded, found without calling it: calls with the wrong number of arguments,
     /// parameters that are asked for and not declared; as warnings, parameters that nothing asks for.
     pub(crate) fn doubts(&self) -> Vec<Fault> {
-        let RuleFile { ast, path, texts, vocabulary, state, around, .. } = &*self.file;
+        let RuleFile { ast, path, vocabulary, state, around, .. } = &*self.file;
+        let texts = &around.texts;
         let mut faults = without_running(ast, path, texts, vocabulary);
         faults.extend(unknown_imported(ast, path, state));
         for (name, at) in imported_files(ast) {
@@ -356,7 +355,8 @@ impl Rule {
 
     /// Warnings of parameters that nothing asks for.
     fn unused(&self) -> Vec<Fault> {
-        let RuleFile { ast, path, texts, readings, .. } = &*self.file;
+        let RuleFile { ast, path, around, readings, .. } = &*self.file;
+        let texts = &around.texts;
         let own = properties(ast);
         // What an imported file does with `p` is told from its words.
         let imported: Vec<Arc<str>> =
@@ -431,7 +431,7 @@ impl Rule {
     fn again(&self, account: Option<Account>) -> Self {
         let file = &self.file;
         let around = Surroundings { modules: Modules::default(), coverage: None, account, ..file.around.clone() };
-        let again = file.texts.get(&file.path).and_then(|text| {
+        let again = file.around.texts.get(&file.path).and_then(|text| {
             let source = Source { text: text.to_string(), path: file.path.clone() };
             Self::examine(&file.name, &source, &around).ok()
         });
@@ -518,7 +518,7 @@ impl Rule {
 
     /// A fault of the whole function of a kind, placed on its name.
     pub(crate) fn at_function(&self, kind: RuleKind, fault: Fault) -> Fault {
-        let (line, text) = (self.line(kind).unwrap_or(0), self.file.texts.get(self.path()));
+        let (line, text) = (self.line(kind).unwrap_or(0), self.file.around.texts.get(self.path()));
         let column = text.map_or(0, |text| column_of(&text, line, kind.function()));
         Fault { line, column, length: kind.function().len() as u32, ..fault }
     }
@@ -558,7 +558,7 @@ impl Rule {
     pub(crate) fn fault_of(&self, error: EvalAltResult) -> Fault {
         let diagnosis = Diagnosis {
             file: &self.file.path,
-            texts: &self.file.texts,
+            texts: &self.file.around.texts,
             vocabulary: &self.file.vocabulary,
             operations: Limits::RULE.operations,
         };
