@@ -15,6 +15,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The word that tells. No identifier that a person writes.
 const TELL: &str = "told__";
+/// The same behind a statement: it has no value, as what it stands behind may be the last of its block.
+const TELL_BEHIND: &str = "told_behind__";
 /// Steps that are kept from the first on, of those behind that did something or printed, and up to the last.
 const FIRST_STEPS: usize = 200;
 const DOING_STEPS: usize = 100;
@@ -130,6 +132,8 @@ impl Account {
             account.tell(site, &value);
             value
         });
+        let account = self.clone();
+        engine.register_fn(TELL_BEHIND, move |site: i64, value: Dynamic| account.tell(site, &value));
     }
 
     /// The text of a script that tells what it does. Lines stay where they are.

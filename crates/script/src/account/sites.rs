@@ -1,6 +1,6 @@
 //! The places of a script that are worth telling, and the script with calls in them.
 
-use super::{LONGEST, StepKind, TELL, cut};
+use super::{LONGEST, StepKind, TELL, TELL_BEHIND, cut};
 use crate::host::{Places, code_until, until};
 use rhai::{AST, ASTFlags, ASTNode, Expr, FnCallExpr, Position, Stmt};
 use std::collections::{BTreeMap, BTreeSet};
@@ -162,7 +162,7 @@ impl Finder<'_> {
             Some(';') => self.follow(from, end + 1, name, name),
             // The last of its block.
             Some('}') => {
-                let call = format!("; {TELL}({}, {name});", self.first + self.sites.len());
+                let call = format!("; {TELL_BEHIND}({}, {name});", self.first + self.sites.len());
                 self.inserts.push(Insert { at: end, order: Order::Follows, text: call });
                 self.site(from, StepKind::Value, name, true, false);
             }
@@ -172,7 +172,7 @@ impl Finder<'_> {
 
     /// Tells a variable at a byte that lies between statements.
     fn follow(&mut self, from: usize, at: usize, text: &str, name: &str) {
-        let call = format!(" {TELL}({}, {name});", self.first + self.sites.len());
+        let call = format!(" {TELL_BEHIND}({}, {name});", self.first + self.sites.len());
         self.inserts.push(Insert { at, order: Order::Follows, text: call });
         self.site(from, StepKind::Value, text, true, false);
     }
