@@ -119,6 +119,8 @@ pub struct Properties {
     pub parcel: Option<String>,
     /// Height of a building in metres.
     pub height: Option<f64>,
+    /// The rule that laid a street or decided on a building.
+    pub rule: Option<String>,
 }
 
 /// Where a feature lies, in metres.
@@ -345,6 +347,7 @@ impl Properties {
             }
             "parcel" => self.parcel = value.id(),
             "height" => self.height = value.number(),
+            "rule" => self.rule = value.text(),
             _ => {}
         }
     }

@@ -260,7 +260,9 @@ pub fn differences(found: &Found, evidence: &Evidence) -> Vec<String> {
             Some(_) => {}
         }
     }
-    differs.extend(found.features.iter().filter_map(|&i| said_otherwise(&evidence.layout.features[i], &now)));
+    let features = found.features.iter().map(|&i| &evidence.layout.features[i]);
+    let otherwise: BTreeSet<String> = features.flat_map(|feature| said_otherwise(feature, &now)).collect();
+    differs.extend(otherwise);
     if found.kind == Kind::Block {
         let of = |layout| parcels_of(layout, &found.id);
         let (then, now) = (of(evidence.layout), of(&now));
@@ -286,16 +288,33 @@ pub fn differences(found: &Found, evidence: &Evidence) -> Vec<String> {
     differs
 }
 
-/// What a feature says otherwise now: what a parcel is for, which words it carries.
-fn said_otherwise(then: &Feature, now: &LayoutFile) -> Option<String> {
-    let says = &then.properties;
-    let same = |feature: &&Feature| feature.properties.kind == says.kind && feature.properties.id == says.id;
-    let now = &now.features.iter().find(same)?.properties;
-    if says.usage != now.usage {
-        let name = |usage: &Option<String>| usage.clone().unwrap_or_else(|| "nothing".into());
-        return Some(format!("the parcel was {} in the layout and is {} now", name(&says.usage), name(&now.usage)));
+/// What a feature says otherwise now: its class, width or height, the rule it is of, what it is for, which words it carries.
+fn said_otherwise(then: &Feature, now: &LayoutFile) -> Vec<String> {
+    let then = &then.properties;
+    let same = |feature: &&Feature| feature.properties.kind == then.kind && feature.properties.id == then.id;
+    let Some(now) = now.features.iter().find(same).map(|feature| &feature.properties) else { return Vec::new() };
+    let kind = then.kind.as_deref().unwrap_or("feature");
+    let name = |text: &Option<String>| text.clone().unwrap_or_else(|| "nothing".into());
+    let metres = |number: Option<f64>| number.map_or_else(|| "nothing".into(), |metres| format!("{metres} m"));
+    let mut differs = Vec::new();
+    if then.usage != now.usage {
+        differs.push(format!("the {kind} was {} in the layout and is {} now", name(&then.usage), name(&now.usage)));
     }
-    (says.tags != now.tags).then(|| "the parcel carries other tags now".to_owned())
+    let values = [
+        ("class", name(&then.class), name(&now.class)),
+        ("width", metres(then.width), metres(now.width)),
+        ("height", metres(then.height), metres(now.height)),
+        ("level", then.level.to_string(), now.level.to_string()),
+        ("rule", name(&then.rule), name(&now.rule)),
+    ];
+    let changed = values.into_iter().filter(|(_, then, now)| then != now);
+    differs.extend(
+        changed.map(|(what, then, now)| format!("the {kind} had the {what} {then} in the layout and has {now} now")),
+    );
+    if then.tags != now.tags {
+        differs.push(format!("the {kind} carries other tags now"));
+    }
+    differs
 }
 
 /// The parcels of a block, with what they are for.

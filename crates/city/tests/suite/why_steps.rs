@@ -367,6 +367,40 @@ fn what_a_layout_says_otherwise_is_told_of_every_kind() {
 }
 
 #[test]
+fn heights_widths_and_rules_that_changed_are_told() {
+    let folder = place(&FILES);
+    let path = folder.path().join("town");
+    let town = Town::of(&path);
+    let id_of = |kind: &str, class: Option<&str>| {
+        let said = town.layout.features.iter().map(|feature| &feature.properties);
+        let mut such = said.filter(|said| said.kind.as_deref() == Some(kind) && said.class.as_deref() == class);
+        such.next().and_then(|said| said.id.clone()).expect("one")
+    };
+    let (building, street) = (id_of("building", None), id_of("street", Some("minor")));
+    for (file, text) in [
+        ("city.rhai", CITY.replace("* 0.3", "* 0.3, width: 11.5").replace("\"houses\"", "\"homes\"")),
+        ("homes.rhai", HOUSES.replace("floors * p.floor", "5")),
+    ] {
+        std::fs::write(path.join(file), text).expect("written");
+    }
+    let now = Town::of(&path);
+    let differs = |id: &str| {
+        let found = find(&town.layout, id).unwrap_or_else(|error| panic!("{error}"));
+        explain(&found, &town.layout, &now.sources, &now.built).differs
+    };
+    let told = differs(&street);
+    assert!(
+        told.iter().any(|line| line.starts_with("the street had the width ") && line.ends_with(" and has 11.5 m now")),
+        "{told:?}"
+    );
+    let told = differs(&building).join("; ");
+    assert!(
+        told.contains("and has 5 m now") && told.contains("had the rule houses in the layout and has homes now"),
+        "{told}"
+    );
+}
+
+#[test]
 fn a_quarter_where_all_is_refused_says_so_and_the_rule_is_no_mistake() {
     let city = r#"
 city(#{
