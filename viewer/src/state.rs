@@ -19,7 +19,7 @@ use crate::viewport::Viewports;
 use crate::worker::{Failure, News, Order, Ready, Wake, Worker, folder_of, whole};
 use city::export::map::Colouring;
 use city::why::Answer;
-use city::{Cache, Changes, ChangesError};
+use city::{Cache, Changes, FaultReport};
 use geom::Vec2;
 use script::{Plan, PresetTarget};
 use std::path::{Path, PathBuf};
@@ -171,7 +171,7 @@ pub struct State {
     /// The script of the open city.
     script: PathBuf,
     /// What is wrong with the file of changes, where it cannot be read.
-    pub misread: Option<Arc<ChangesError>>,
+    pub misread: Option<Arc<[FaultReport]>>,
     /// What people were told last of saving.
     told_of_saving: Option<String>,
     /// What somebody else saved while there were changes that were not, once people were told.

@@ -4,8 +4,8 @@ use crate::render::Gpu;
 use crate::scene::{ColourBy, Scene};
 use crate::sight::Sight;
 use city::{
-    BuildError, Built, Cache, Cancel, Changes, ChangesError, FaultReport, LoadError, Loaded, Progress, Settings,
-    Silent, Sources, Stage, Watch, build_with, load_as_written,
+    BuildError, Built, Cache, Cancel, Changes, FaultReport, LoadError, Loaded, Progress, Settings, Silent, Sources,
+    Stage, Watch, build_with, load_as_written,
 };
 use geom::{Digest, Id};
 use script::{Preset, Texts};
@@ -59,7 +59,7 @@ pub struct Ready {
     /// What it was built from.
     pub sources: Sources,
     /// What is wrong with changes that do not suit the script: it was built without them.
-    pub unsuited: Vec<ChangesError>,
+    pub unsuited: Vec<FaultReport>,
     /// The city, with its report.
     pub built: Built,
     /// What is drawn; none without a device.
@@ -391,7 +391,19 @@ impl Bench {
         }
         let mut changed = as_written.clone();
         // A renamed parameter must not keep people from a city that they changed.
-        let (unsuited, _) = order.changes.lay_what_suits(&mut changed);
+        let (wrong, _) = order.changes.lay_what_suits(&mut changed);
+        let unsuited: Vec<FaultReport> = wrong.iter().map(FaultReport::from).collect();
+        let saved = Changes::file_of(&as_written.script).display().to_string();
+        if let (false, Ok(text)) = (wrong.is_empty(), std::fs::read_to_string(&saved)) {
+            as_written.texts.keep_text(&saved, &text);
+        }
+        let is_behind = |file: &str| file != saved;
+        let was_well = |ready: &Ready| !ready.unsuited.iter().any(|fault| is_behind(&fault.file));
+        if before.is_some_and(was_well) && wrong.iter().any(|fault| is_behind(&fault.file)) {
+            // A preset or rule that changes name broke, as one may that the script names.
+            let error = LoadError::Scripts { faults: wrong, texts: changed.texts };
+            return Err(failed(error));
+        }
         let sources = changed.read_with(&self.cache).map_err(failed)?;
         let settings = Settings::default();
         let progress = Told { teller: self.teller.clone(), parts: Mutex::default() };

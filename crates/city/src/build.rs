@@ -9,7 +9,7 @@ use crate::stages::streets::Network;
 use crate::stages::{self, Context, Outlines};
 use crate::{Area, Cache, City, Digests, Report, Sources, Trace};
 use geom::Bounds;
-use script::Faults;
+use script::{Faults, Severity};
 use std::sync::Arc;
 
 /// The stage to stop after.
@@ -209,8 +209,10 @@ fn nothing(sources: &Sources, faults: &Faults) -> BuildError {
     let has_land = sources.has_legal_land();
     let reason = if has_land { "no street could grow or be imported" } else { "the site has no land to build on" };
     let faults = faults.sorted();
-    let hint = if !faults.is_empty() {
+    let hint = if faults.iter().any(|fault| fault.severity == Severity::Error) {
         "mend the rule first: where it fails, streets end"
+    } else if !faults.is_empty() {
+        "the warnings say why: streets grow where a rule proposes them and all constraints agree"
     } else if has_land {
         "check that the city has `given`, `imported`, `highways`, `majors` or `minors`, and that goals ask for streets somewhere"
     } else {

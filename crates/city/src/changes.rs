@@ -2,7 +2,7 @@
 //! the script, in lines that `plat build` takes as arguments, too.
 
 use crate::{Loaded, PresetError};
-use script::{ParamError, PresetTarget};
+use script::{Fault, ParamError, PresetTarget};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -24,20 +24,6 @@ pub struct Changes {
     values: BTreeMap<String, String>,
 }
 
-/// Why changes could not be read or laid over a city.
-#[derive(Debug, thiserror::Error)]
-#[error("{}{}: {message}{}", path.display(), line.map_or(String::new(), |line| format!(":{line}")), hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}")))]
-pub struct ChangesError {
-    /// The file.
-    pub path: PathBuf,
-    /// The line, from 1; none where it is not in the file.
-    pub line: Option<usize>,
-    /// What is wrong.
-    pub message: String,
-    /// What to do.
-    pub hint: Option<String>,
-}
-
 /// A change, as a line says it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Change {
@@ -56,6 +42,25 @@ impl fmt::Display for Change {
     }
 }
 
+impl Change {
+    /// Reads what it is written as; an error says why not, where there is more to say than that it is none.
+    fn parse(line: &str) -> Result<Self, Option<String>> {
+        let (word, rest) = line.split_once(' ').ok_or(None)?;
+        match word {
+            "seed" => rest.trim().parse().map(Self::Seed).map_err(|_| None),
+            "preset" => {
+                let (target, name) = rest.rsplit_once('=').ok_or(None)?;
+                Ok(Self::Preset(target.trim().parse()?, name.trim().to_owned()))
+            }
+            "set" => {
+                let (address, value) = rest.split_once('=').ok_or(None)?;
+                Ok(Self::Value(address.trim().to_owned(), value.trim().to_owned()))
+            }
+            _ => Err(None),
+        }
+    }
+}
+
 impl Changes {
     /// Where the changes of a city are saved: beside its script, under its name.
     pub fn file_of(script: &Path) -> PathBuf {
@@ -65,22 +70,21 @@ impl Changes {
     /// Those saved beside a script; none where there is no such file.
     ///
     /// # Errors
-    /// When there is one that cannot be read.
-    pub fn saved(script: &Path) -> Result<Self, ChangesError> {
+    /// All that is wrong in the file, without a line when it cannot be read: at least one fault.
+    pub fn saved(script: &Path) -> Result<Self, Vec<Fault>> {
         Ok(Self::read(&Self::file_of(script))?.unwrap_or_default())
     }
 
     /// Those in a file; `None` where there is no such file.
     ///
     /// # Errors
-    /// When there is one that cannot be read.
-    pub fn read(path: &Path) -> Result<Option<Self>, ChangesError> {
+    /// All that is wrong in the file, without a line when it cannot be read: at least one fault.
+    pub fn read(path: &Path) -> Result<Option<Self>, Vec<Fault>> {
+        let file = path.display().to_string();
         match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text).map(Some).map_err(|wrong| wrong.in_file(path)),
+            Ok(text) => Self::parse(&file, &text).map(Some),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(error) => {
-                Err(ChangesError { path: path.to_path_buf(), line: None, message: error.to_string(), hint: None })
-            }
+            Err(error) => Err(vec![Fault::new(file, error.to_string())]),
         }
     }
 
@@ -149,18 +153,11 @@ impl Changes {
         self.seed.map(Change::Seed).into_iter().chain(presets).chain(values)
     }
 
-    /// Lays the changes over a city that was just read.
-    ///
-    /// # Errors
-    /// The first one that does not suit it, by its line in the file that they are saved in.
-    pub fn lay_over(&self, loaded: &mut Loaded) -> Result<(), ChangesError> {
-        self.lines().try_for_each(|change| lay(&change, loaded))
-    }
-
-    /// Lays those over a city that was just read that suit it. Returns what is wrong with the others, in their order, and the
-    /// changes without them.
-    pub fn lay_what_suits(&self, loaded: &mut Loaded) -> (Vec<ChangesError>, Self) {
-        let (mut wrong, mut suiting) = (Vec::new(), Self::default());
+    /// Lays those over a city that was just read that suit it. Returns what is wrong with the others, each once and in their
+    /// order, by lines of the file that they are saved in or in the presets and rules that they name; and the changes without
+    /// them.
+    pub fn lay_what_suits(&self, loaded: &mut Loaded) -> (Vec<Fault>, Self) {
+        let (mut wrong, mut suiting) = (Vec::<Fault>::new(), Self::default());
         for change in self.lines() {
             let mut with_it = loaded.clone();
             match lay(&change, &mut with_it) {
@@ -168,7 +165,13 @@ impl Changes {
                     *loaded = with_it;
                     suiting.add(change);
                 }
-                Err(error) => wrong.push(error),
+                Err(faults) => {
+                    faults.into_iter().for_each(|fault| {
+                        if !wrong.contains(&fault) {
+                            wrong.push(fault)
+                        }
+                    });
+                }
             }
         }
         (wrong, suiting)
@@ -212,41 +215,34 @@ impl Changes {
     }
 
     /// Reads what [`Changes::text`] wrote, or a person.
-    fn parse(text: &str) -> Result<Self, Wrong> {
-        let mut changes = Self::default();
+    fn parse(file: &str, text: &str) -> Result<Self, Vec<Fault>> {
+        let (mut changes, mut faults) = (Self::default(), Vec::new());
         let mut has_head = false;
-        for (index, line) in text.lines().enumerate() {
-            let line = line.split(REMARK.trim_end()).next().unwrap_or_default().trim();
-            let wrong = |message: String, hint: &str| Wrong { line: index + 1, message, hint: Some(hint.to_owned()) };
+        for (index, raw) in text.lines().enumerate() {
+            let line = bare(raw);
+            let wrong = |message: String, hint: &str| {
+                at_line(Fault::new(file, message).with_hint(Some(hint.to_owned())), index, raw)
+            };
             if line.is_empty() || line.starts_with('#') {
                 continue;
             }
             if !has_head {
                 if line != FORMAT {
                     let hint = format!("the first line is `{FORMAT}`; a newer program may have written this file");
-                    return Err(wrong(format!("`{line}` is no format of changes that is known"), &hint));
+                    return Err(vec![wrong(format!("`{line}` is no format of changes that is known"), &hint)]);
                 }
                 has_head = true;
                 continue;
             }
-            let hint = "a line is `seed 7`, `preset minors=village` or `set minors.pattern.block_width=90`";
-            let unknown = || wrong(format!("`{line}` says no change"), hint);
-            let (word, rest) = line.split_once(' ').ok_or_else(unknown)?;
-            let pair = || rest.rsplit_once('=').map(|(a, b)| (a.trim(), b.trim())).ok_or_else(unknown);
-            match word {
-                "seed" => changes.seed = Some(rest.trim().parse().map_err(|_| unknown())?),
-                "preset" => {
-                    let (target, name) = pair()?;
-                    changes.lay(target.parse().map_err(|message| wrong(message, hint))?, name);
-                }
-                "set" => {
-                    let (address, value) = rest.split_once('=').ok_or_else(unknown)?;
-                    changes.set(address.trim(), value.trim());
-                }
-                _ => return Err(unknown()),
+            match Change::parse(line) {
+                Ok(change) => changes.add(change),
+                Err(message) => faults.push(wrong(
+                    message.unwrap_or_else(|| format!("`{line}` says no change")),
+                    "a line is `seed 7`, `preset minors=village` or `set minors.pattern.block_width=90`",
+                )),
             }
         }
-        Ok(changes)
+        if faults.is_empty() { Ok(changes) } else { Err(faults) }
     }
 
     /// Saves the changes beside the script of a city that was read without them, whole or not at all; without any the file is
@@ -274,47 +270,53 @@ const HEAD: [&str; 2] = [
     "# Laid over the city script of this name, which stays as it was written: plat build and plat-view do so by themselves.",
 ];
 
-/// What is wrong in a line.
-struct Wrong {
-    line: usize,
-    message: String,
-    hint: Option<String>,
+/// A line without its remark.
+fn bare(line: &str) -> &str {
+    line.split(REMARK.trim_end()).next().unwrap_or_default().trim()
 }
 
-impl Wrong {
-    fn in_file(self, path: &Path) -> ChangesError {
-        ChangesError { path: path.to_path_buf(), line: Some(self.line), message: self.message, hint: self.hint }
+/// A fault of a line, counted from 0, without its remark.
+fn at_line(fault: Fault, index: usize, line: &str) -> Fault {
+    let count = |text: &str| u32::try_from(text.chars().count()).unwrap_or(u32::MAX);
+    let indent = &line[..line.len() - line.trim_start().len()];
+    let line_number = u32::try_from(index + 1).unwrap_or(u32::MAX);
+    Fault { line: line_number, column: count(indent) + 1, length: count(bare(line)), ..fault }
+}
+
+/// A fault of the file of changes, at the line that says a change, where one does.
+fn of_line(path: &Path, change: &Change, message: &str, hint: Option<String>) -> Fault {
+    let fault = Fault::new(path.display().to_string(), format!("{change}: {message}")).with_hint(hint);
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let says = |line: &str| Change::parse(bare(line)).as_ref() == Ok(change);
+    match text.lines().enumerate().find(|(_, line)| says(line)) {
+        Some((index, line)) => at_line(fault, index, line),
+        None => fault,
     }
 }
 
-/// The line of a file that says a change, where it does.
-fn line_of(path: &Path, change: &Change) -> Option<usize> {
-    let bare = |line: &str| -> String { line.chars().filter(|c| !c.is_whitespace()).collect() };
-    let (text, wanted) = (std::fs::read_to_string(path).ok()?, bare(&change.to_string()));
-    let said = |line: &str| bare(line.split(REMARK.trim_end()).next().unwrap_or_default());
-    Some(text.lines().position(|line| said(line) == wanted)? + 1)
-}
-
 /// Lays a change over a city.
-fn lay(change: &Change, loaded: &mut Loaded) -> Result<(), ChangesError> {
-    let param = |error: ParamError| (error.message, error.hint);
-    let laid = match change {
+///
+/// # Errors
+/// What is wrong: in the file of changes, or in the preset that it names and the rules of that.
+fn lay(change: &Change, loaded: &mut Loaded) -> Result<(), Vec<Fault>> {
+    let path = Changes::file_of(&loaded.script);
+    let wrong = |message: &str, hint: Option<String>| vec![of_line(&path, change, message, hint)];
+    let param = |error: ParamError| wrong(&error.message, error.hint);
+    match change {
         Change::Seed(seed) => {
             loaded.plan.seed = *seed;
             Ok(())
         }
         Change::Preset(target, name) => loaded.lay(&format!("{target}={name}")).map_err(|error| match error {
             PresetError::Plan(error) => param(error),
-            PresetError::Preset(fault) => (fault.message.clone(), fault.hint.clone()),
-            PresetError::Target(message) => (message, None),
+            PresetError::Target(message) => wrong(&message, None),
+            PresetError::Preset(faults) if faults.iter().any(|fault| fault.line > 0) => faults,
+            PresetError::Preset(faults) => {
+                faults.into_iter().flat_map(|fault| wrong(&fault.message, fault.hint)).collect()
+            }
         }),
         Change::Value(address, value) => loaded.set(&format!("{address}={value}")).map_err(param),
-    };
-    laid.map_err(|(message, hint)| {
-        let path = Changes::file_of(&loaded.script);
-        let message = format!("{change}: {message}");
-        ChangesError { line: line_of(&path, change), path, message, hint }
-    })
+    }
 }
 
 #[cfg(test)]
@@ -352,12 +354,12 @@ mod tests {
         #[test]
         fn what_is_saved_reads_back(changes in changes()) {
             let text = changes.text(as_written());
-            prop_assert_eq!(Changes::parse(&text).map_err(|wrong| wrong.message), Ok(changes));
+            prop_assert_eq!(Changes::parse("c", &text), Ok(changes));
         }
 
         #[test]
         fn no_text_is_more_than_an_error(text in "(plat-changes 1\n)?(((seed|set|preset) )?[ -~]{0,20}\n){0,4}") {
-            let _ = Changes::parse(&text);
+            let _ = Changes::parse("c", &text);
         }
     }
 
@@ -385,7 +387,7 @@ mod tests {
             changes.set(address, value);
         }
         let mut city = as_written().clone();
-        changes.lay_over(&mut city).unwrap();
+        assert_eq!(changes.lay_what_suits(&mut city), (Vec::new(), changes.clone()));
         assert_eq!(city.plan.value("minors.pattern.block_width").as_deref(), Some("62 in harbour, else 63"));
         assert_eq!(city.plan.value(&quarter).as_deref(), Some("61"));
     }
@@ -396,16 +398,69 @@ mod tests {
         changes.set("minors.pattern.no_such_thing", "1");
         let folder = tempfile::tempdir().unwrap();
         let mut city = Loaded { script: folder.path().join("city.rhai"), ..as_written().clone() };
-        let error = changes.lay_over(&mut city).unwrap_err();
-        assert_eq!(error.line, None, "nothing was saved");
-        std::fs::write(folder.path().join("city.changes"), "plat-changes 1\n\nset minors.pattern.no_such_thing = 1\n")
-            .unwrap();
-        let error = changes.lay_over(&mut city).unwrap_err();
-        assert_eq!(error.line, Some(3));
-        assert!(error.to_string().contains("city.changes:3: set minors"), "{error}");
-        let broken =
-            Changes::parse("plat-changes 1\nseed 3\nreset all\n").err().map(|wrong| (wrong.line, wrong.message));
-        assert_eq!(broken, Some((3, "`reset all` says no change".into())));
-        assert!(Changes::parse("plat-changes 9\n").is_err());
+        let mut wrong = || {
+            let (faults, suiting) = changes.lay_what_suits(&mut city);
+            assert_eq!(suiting, Changes { seed: Some(9), ..Changes::default() });
+            faults
+        };
+        assert_eq!(wrong()[0].line, 0, "nothing was saved");
+        let text = "plat-changes 1\nseed 9\n  set minors.pattern.no_such_thing = 1  # was 3\n";
+        std::fs::write(folder.path().join("city.changes"), text).unwrap();
+        let faults = wrong();
+        assert_eq!(
+            faults.iter().map(|fault| (fault.line, fault.column, fault.length)).collect::<Vec<_>>(),
+            [(3, 3, 36)]
+        );
+        assert!(faults[0].to_string().contains("city.changes:3:3: set minors"), "{}", faults[0]);
+    }
+
+    #[test]
+    fn all_lines_that_say_no_change_are_told() {
+        let text = "plat-changes 1\nseed 3\nreset all\nset a.b=1\n preset a=b=village\n";
+        let told: Vec<(u32, String)> = Changes::parse("city.changes", text)
+            .unwrap_err()
+            .into_iter()
+            .map(|fault| (fault.line, fault.message))
+            .collect();
+        assert_eq!(told[0], (3, "`reset all` says no change".into()));
+        assert!(told[1].0 == 5 && told[1].1.contains("`a=b` is nothing that a preset can be laid on"), "{told:?}");
+        assert_eq!(told.len(), 2);
+        let newer = Changes::parse("city.changes", "plat-changes 9\nreset all\n").unwrap_err();
+        assert_eq!(newer.len(), 1, "what a newer format says is not known");
+    }
+
+    #[test]
+    fn what_is_wrong_behind_a_preset_is_told_in_its_own_file() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [
+            (
+                "city.rhai",
+                "city(#{ site: site(#{ size: [600, 600] }), minors: streets(#{ pattern: rule(\"streets/grid\") }) });",
+            ),
+            (
+                "city.changes",
+                "plat-changes 1\nset minors.pattern.nothing=1\npreset minors=lanes\npreset district:x=lanes\n",
+            ),
+            (
+                "presets/lanes.rhai",
+                "//! Lanes.\npreset(#{ pattern: rule(\"streets/lanes\"), buildings: rule(\"huts\") });\n",
+            ),
+            ("streets/lanes.rhai", "//! Lanes.\nfn propose(tip, p) {\n    tip.ahaed(50);\n}\n"),
+            ("huts.rhai", "//! Huts.\nfn build(shape, p) {\n    shape.extrude(9;\n}\n"),
+        ] {
+            std::fs::create_dir_all(folder.path().join(name).parent().unwrap()).unwrap();
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let Err(crate::LoadError::Scripts { faults, texts }) = crate::load(folder.path(), None) else {
+            panic!("it loads")
+        };
+        let told: Vec<String> = faults
+            .iter()
+            .map(|fault| {
+                format!("{}:{}", Path::new(&fault.file).strip_prefix(folder.path()).unwrap().display(), fault.line)
+            })
+            .collect();
+        assert_eq!(told, ["streets/lanes.rhai:3", "huts.rhai:3", "city.changes:2"], "each once");
+        assert!(faults.iter().all(|fault| texts.get(&fault.file).is_some()), "all can be shown");
     }
 }

@@ -1,6 +1,5 @@
 //! What can be found wrong in rules and city scripts without building.
 
-use crate::ChangesError;
 use crate::load::{LoadError, RuleFolder, load, read_script, script_hint};
 use crate::testing::is_tests;
 use script::{Fault, Host, Library, RuleKind, Source, Texts};
@@ -73,23 +72,19 @@ fn check_city(
         Ok(loaded) => {
             let mut found = loaded.doubts.clone();
             // Maps and street files: what they lack is found without building, too.
-            found.extend(loaded.read().err().map(|error| in_city(script, &error)));
+            match loaded.read() {
+                Ok(sources) => found.extend(sources.plan.missing_maps()),
+                Err(LoadError::Scripts { faults, .. }) => found.extend(faults),
+                Err(error) => found.push(in_city(script, &error)),
+            }
             (found, loaded.texts)
         }
         Err(LoadError::Scripts { faults, texts }) => (faults, texts),
-        Err(LoadError::Changes(error)) => (vec![in_changes(&error)], Texts::default()),
         Err(error) => return Err(error),
     };
     texts.keep_text(&script.display().to_string(), text);
     faults.extend(found.into_iter().filter(|fault| seen.insert(key(fault))));
     Ok(texts)
-}
-
-/// What is wrong with saved changes, as a fault of their file.
-fn in_changes(error: &ChangesError) -> Fault {
-    let fault = Fault::new(error.path.display().to_string(), error.message.clone()).with_hint(error.hint.clone());
-    let line = error.line.map_or(0, |line| line as u32);
-    Fault { line, column: u32::from(line > 0), ..fault }
 }
 
 /// What is wrong with the files of a city, as a fault of its script.

@@ -25,7 +25,7 @@ pub mod why;
 
 pub use build::{BuildError, Built, Settings, Until, build, build_with, with_threads};
 pub use cache::{Cache, Digests};
-pub use changes::{Changes, ChangesError};
+pub use changes::Changes;
 pub use check::{Checked, check, rule_host};
 pub use copy::{CopyError, copy_city};
 pub use load::{LoadError, Loaded, PresetError, Sources, load, load_as_written};

@@ -7,7 +7,7 @@ use crate::sources::{
 };
 use crate::stages::keep::Keys;
 use crate::testing::is_tests;
-use crate::{Cache, Changes, ChangesError, Site};
+use crate::{Cache, Changes, Site};
 use geom::{Bounds, Digest, Id, Point, Raster, Vec2};
 use script::{
     DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, PresetTarget, RuleKind, SiteInfo, SiteRequest,
@@ -43,7 +43,7 @@ pub enum LoadError {
         /// What is wrong with it.
         cause: std::io::Error,
     },
-    /// The script failed, or a rule that it names; what stopped it comes first.
+    /// The script failed, a rule that it names, or what people changed of it; what stopped it comes first.
     #[error("{}", faults.first().map(ToString::to_string).unwrap_or_default())]
     Scripts {
         /// All that is wrong, never empty.
@@ -59,9 +59,6 @@ pub enum LoadError {
         /// What is wrong.
         error: ParamError,
     },
-    /// The changes saved beside the script are wrong, or do not suit it any more.
-    #[error(transparent)]
-    Changes(#[from] ChangesError),
     /// A map or street file is missing or wrong.
     #[error("{source_error}\n  hint: {hint}", source_error = .0, hint = .0.hint())]
     Source(#[from] SourceError),
@@ -73,9 +70,9 @@ pub enum PresetError {
     /// What it is to be laid on is nothing.
     #[error("{0}")]
     Target(String),
-    /// It is not there, or is wrong.
-    #[error("{0}")]
-    Preset(Box<Fault>),
+    /// It is not there, or it or the rules it names are wrong: never empty, what stopped it first.
+    #[error("{}", .0.first().map(ToString::to_string).unwrap_or_default())]
+    Preset(Vec<Fault>),
     /// What it says cannot hold there.
     #[error("{}{}", .0.message, .0.hint.as_ref().map_or(String::new(), |hint| format!("\n  hint: {hint}")))]
     Plan(ParamError),
@@ -141,9 +138,16 @@ pub struct ImportFile {
 /// [`LoadError`] when there is no script, it fails, or the changes do not suit it.
 pub fn load(city: &Path, rules: Option<&Path>) -> Result<Loaded, LoadError> {
     let mut loaded = load_as_written(city, rules)?;
-    loaded.changes = Changes::saved(&loaded.script)?;
-    loaded.changes.clone().lay_over(&mut loaded)?;
-    Ok(loaded)
+    let file = Changes::file_of(&loaded.script);
+    let wrong = |faults, texts: &Texts| {
+        if let Ok(text) = fs::read_to_string(&file) {
+            texts.keep_text(&file.display().to_string(), &text);
+        }
+        LoadError::Scripts { faults, texts: texts.clone() }
+    };
+    loaded.changes = Changes::saved(&loaded.script).map_err(|faults| wrong(faults, &loaded.texts))?;
+    let (faults, _) = loaded.changes.clone().lay_what_suits(&mut loaded);
+    if faults.is_empty() { Ok(loaded) } else { Err(wrong(faults, &loaded.texts)) }
 }
 
 /// The same without the changes.
@@ -227,7 +231,7 @@ impl Loaded {
     pub fn lay(&mut self, assignment: &str) -> Result<(), PresetError> {
         let (target, name) = assignment.rsplit_once('=').unwrap_or(("city", assignment));
         let target: PresetTarget = target.trim().parse().map_err(PresetError::Target)?;
-        let preset = self.host.preset(name.trim()).map_err(|fault| PresetError::Preset(Box::new(fault)))?;
+        let preset = self.host.preset(name.trim()).map_err(PresetError::Preset)?;
         self.plan.apply(&preset, &target).map_err(PresetError::Plan)
     }
 
@@ -264,8 +268,26 @@ impl Loaded {
     /// The same, taking maps whose files say the same as before from a cache.
     ///
     /// # Errors
-    /// [`LoadError::Source`] for the first file that is missing or wrong.
+    /// [`LoadError::Source`] for the first file that is missing or wrong, [`LoadError::Scripts`] where it is a text that does not
+    /// parse.
     pub fn read_with(&self, cache: &Cache) -> Result<Sources, LoadError> {
+        self.read_all(cache).map_err(|error| self.with_text(error))
+    }
+
+    /// A text that does not parse is told with the line.
+    fn with_text(&self, error: LoadError) -> LoadError {
+        let LoadError::Source(SourceError::Syntax { path, line, column, message, hint }) = error else { return error };
+        let file = path.display().to_string();
+        if let Ok(text) = fs::read_to_string(&path) {
+            self.texts.keep_text(&file, &text);
+        }
+        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        let fault = Fault::new(file, message).with_hint(Some(hint));
+        let fault = Fault { line: count(line), column: count(column), length: 1, ..fault };
+        LoadError::Scripts { faults: vec![fault], texts: self.texts.clone() }
+    }
+
+    fn read_all(&self, cache: &Cache) -> Result<Sources, LoadError> {
         let plan = &self.plan;
         let from_maps = match (&plan.site.folder, plan.site.size) {
             (Some(folder), _) => Some(self.site_of_maps(folder, cache)?),

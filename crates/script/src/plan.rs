@@ -707,6 +707,17 @@ impl Plan {
         self.roles().into_iter().map(|(_, rule)| rule).chain(of_presets)
     }
 
+    /// Warnings of maps that rules ask for and that the site does not have that the plan is settled on, each once.
+    pub fn missing_maps(&self) -> Vec<Fault> {
+        let mut found: Vec<Fault> = Vec::new();
+        for fault in self.rules().flat_map(Rule::missing_maps) {
+            if !found.contains(&fault) {
+                found.push(fault);
+            }
+        }
+        found
+    }
+
     /// The places that rules marked, with the file of the rule, in order, each once.
     pub fn marks(&self) -> Vec<(String, Marked)> {
         let marks = |rule: &Rule| rule.marks().into_iter().map(|at| (rule.path().to_owned(), at)).collect::<Vec<_>>();

@@ -3,10 +3,10 @@
 //! A file in `presets/` calls `preset(#{ … })` once. What it holds can be laid on a whole city, a class of streets, a
 //! district or a quarter.
 
-use crate::city::{preset_engine, street_plan};
+use crate::city::{STREETS, of_preset, street_plan};
 use crate::fault::{Complaint, Fault};
 use crate::host::Source;
-use crate::names::nearest;
+use crate::names::{hint, nearest};
 use crate::param::{DistrictValues, Literal, ParamError, ParamSet, Value};
 use crate::pattern::PatternPlan;
 use crate::plan::{GoalPlan, MINOR_WIDTH, Plan, StreetPlan};
@@ -128,15 +128,22 @@ impl Preset {
     }
 
     /// Reads a preset.
-    pub(crate) fn load(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Fault> {
-        let told = preset_engine(source, around)?;
-        Self::of(name, &source.path, headline(&source.text), told).map_err(|wrong| wrong.in_call("preset", source))
+    ///
+    /// # Errors
+    /// All that is wrong in it and in the rules it names, what stopped it first: at least one fault.
+    pub(crate) fn load(name: &str, source: &Source, around: &Surroundings) -> Result<Self, Vec<Fault>> {
+        of_preset(source, around, |told| Self::of(name, &source.path, headline(&source.text), told))
     }
 
     fn of(name: &str, path: &str, about: String, options: Map) -> Result<Self, Complaint> {
         const OWN: [&str; 5] = ["parcels", "buildings", "class", "picture", "side"];
         let mut own = Map::new();
         let mut streets = Map::new();
+        let known: Vec<&str> = OWN.iter().chain(STREETS).copied().filter(|key| *key != "preset").collect();
+        if let Some(key) = options.keys().find(|key| !known.contains(&key.as_str())) {
+            let wrong = Complaint::new(format!("a preset has no `{key}`"));
+            return Err(wrong.maybe_hint(hint(key, known.iter().copied())).key(key.as_str()));
+        }
         for (key, value) in options {
             if OWN.contains(&key.as_str()) {
                 own.insert(key, value)
@@ -218,6 +225,54 @@ impl Preset {
         found.extend(contents.parcels.iter().map(|rule| ("parcels".into(), rule)));
         found.extend(contents.buildings.iter().map(|rule| ("buildings".into(), rule)));
         found
+    }
+
+    /// All that it says, a line each: how its streets grow, its rules, the values of their parameters.
+    pub(crate) fn listed(&self) -> String {
+        let mut lines = vec![format!("class = {}", self.0.class)];
+        if let Some(streets) = &self.0.streets {
+            let StreetPlan {
+                goals,
+                width,
+                within,
+                rim,
+                seeds,
+                reseed,
+                sprout,
+                smooth,
+                least_dead_end,
+                least_network,
+                // Rules are told below; widths are those of a site.
+                pattern: _,
+                constraints: _,
+                widths: _,
+            } = streets;
+            let told = |value: Option<String>| value.unwrap_or_else(|| "as usual".into());
+            let fixed =
+                goals.as_ref().and_then(|goals| if let GoalPlan::Fixed(goal) = goals { Some(goal) } else { None });
+            lines.extend([
+                format!("width = {}", told(width.as_ref().map(ToString::to_string))),
+                format!("goal = {}", told(fixed.map(|goal| format!("{goal:?}")))),
+                format!("within = {}", told(within.as_ref().map(|within| format!("{within:?}")))),
+                format!("rim = {}", told(rim.map(|rim| format!("{} m, bulge {}", rim.width, rim.bulge)))),
+                format!("seeds = {}", seeds.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")),
+                format!("reseed = {}", told(reseed.map(|metres| format!("{metres} m")))),
+                format!("sprout = {sprout}"),
+                format!("smooth = {}", told(smooth.map(|is_smooth| is_smooth.to_string()))),
+                format!("least_dead_end = {least_dead_end} m"),
+                format!("least_network = {least_network} m"),
+            ]);
+            let parts = streets.pattern.parts().iter().filter(|_| streets.pattern.parts().len() > 1);
+            lines.extend(parts.map(|part| format!("pattern.{} counts {:?}", part.name, part.weight)));
+        }
+        let Picture { features, side } = &self.0.picture;
+        let features = if features.is_empty() { "bare land".into() } else { features.join(", ") };
+        lines.push(format!("picture = {features} on {side} m"));
+        for (role, rule) in self.rules() {
+            lines.push(format!("{role} = {}", rule.name()));
+            lines.extend(rule.params().iter().map(|(param, value)| format!("{role}.{} = {value}", param.name)));
+        }
+        lines.into_iter().map(|line| line.trim_end().to_owned() + "\n").collect()
     }
 
     /// The streets of a class with what the preset says in place of what was said before.

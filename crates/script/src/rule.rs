@@ -3,12 +3,13 @@
 use crate::account::Account;
 use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
-    Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary,
-    assigned_properties, engine, first_call, imported_files, miscounted_calls, properties, refuse_captures, undeclared,
-    unknown_imported, unknown_options, unknown_properties, unknown_words,
+    AskedMap, Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary,
+    asked_maps, assigned_properties, engine, first_call, imported_files, miscounted_calls, misplaced_params,
+    properties, refuse_captures, undeclared, unknown_imported, unknown_methods, unknown_options, unknown_properties,
+    unknown_words,
 };
-use crate::names::nearest;
-use crate::param::{Declared, ParamError, ParamSet, Params, register as register_params};
+use crate::names::{hint, nearest};
+use crate::param::{Declared, Literal, ParamError, ParamSet, Params, register as register_params};
 use crate::testing::{Coverage, is_test};
 use crate::words;
 use crate::words::Marked;
@@ -173,9 +174,11 @@ pub struct Rule {
 /// What is wrong in a script whatever it comes to when it runs: calls with the wrong number of arguments, options and properties
 /// that do not exist.
 fn without_running(ast: &AST, path: &str, texts: &Texts, vocabulary: &Vocabulary) -> Vec<Fault> {
-    let mut faults = miscounted_calls(ast, path, vocabulary);
+    // What is known of a kind says more than what holds of all.
+    let mut faults = misasked(ast, path, vocabulary);
+    faults.extend(misplaced_params(ast, path));
+    add_seen(&mut faults, miscounted_calls(ast, path, vocabulary));
     faults.extend(unknown_options(ast, path, &texts.get(path).unwrap_or_default(), vocabulary));
-    faults.extend(misasked(ast, path, vocabulary));
     faults.extend(misnamed_arguments(ast, path, texts));
     faults
 }
@@ -220,18 +223,21 @@ fn add_seen(faults: &mut Vec<Fault>, seen: Vec<Fault>) {
 /// with an argument of that name.
 fn misasked(ast: &AST, path: &str, vocabulary: &Vocabulary) -> Vec<Fault> {
     let mut faults = Vec::new();
+    let subjects: BTreeSet<&str> = RuleKind::ALL.map(|kind| kind.arguments()[0]).into();
     for function in ast.iter_functions() {
         let Some(body) = ast.shared_lib().get_script_fn(function.name, function.params.len()) else { continue };
-        for kind in RuleKind::ALL {
-            let variable = kind.arguments()[0];
-            let known: BTreeSet<&str> = vocabulary.properties_of(variable).collect();
+        let is_it =
+            |kind: &RuleKind| kind.function() == function.name && kind.arguments().len() == function.params.len();
+        let own = RuleKind::ALL.into_iter().find(is_it).map(|kind| kind.arguments()[0]);
+        for (position, &variable) in function.params.iter().enumerate() {
+            let kind = own.filter(|_| position == 0).or_else(|| subjects.get(variable).copied());
             // What `p` has is known by the rule, not by its type.
-            if variable != "p" && function.params.contains(&variable) && !known.is_empty() {
-                let (from, to) = (body.body.start_position(), body.body.end_position());
-                let statements = statements_between(ast, from, to);
-                faults.extend(unknown_properties(&statements, variable, &known, path));
-                faults.extend(assigned_properties(&statements, variable, path));
-            }
+            let Some(kind) = kind.filter(|kind| *kind != "p") else { continue };
+            let known: BTreeSet<&str> = vocabulary.properties_of(kind).collect();
+            let statements = statements_between(ast, body.body.start_position(), body.body.end_position());
+            faults.extend(unknown_properties(&statements, variable, &known, path));
+            faults.extend(unknown_methods(&statements, (variable, kind), vocabulary, path));
+            faults.extend(assigned_properties(&statements, variable, path));
         }
     }
     faults.sort_by_key(|fault| (fault.line, fault.column));
@@ -510,6 +516,31 @@ impl Rule {
         Entry { arguments: function.params.to_vec(), body: Expr::Stmt(Box::new(statements)) }
     }
 
+    /// Warnings of maps that the rule asks for and the site does not have that the plan is settled on: it fails where it does,
+    /// unless it looks whether they are there.
+    pub(crate) fn missing_maps(&self) -> Vec<Fault> {
+        let Some(places) = self.params.places() else { return Vec::new() };
+        let of_param = |name: &str| match self.params.get(name)?.constant()? {
+            Literal::Map(map) => Some(map.name.clone()),
+            _ => None,
+        };
+        let missing = asked_maps(&self.file.ast).into_iter().filter_map(|(asked, place)| {
+            let name = match asked {
+                AskedMap::Named(name) => name,
+                AskedMap::Parameter(name) => of_param(&name)?,
+            };
+            if places.maps.contains_key(&name) {
+                return None;
+            }
+            let help = hint(&name, places.maps.keys().map(String::as_str));
+            let help = help.or_else(|| Some("ask has_map first where a rule is to do without".into()));
+            let fault = Fault::warning(self.path(), format!("the site has no map `{name}`")).with_hint(help);
+            let (line, column) = (place.line().unwrap_or(0) as u32, place.position().unwrap_or(0) as u32);
+            Some(Fault { line, column, ..fault }.measured(&self.file.around.texts))
+        });
+        missing.collect()
+    }
+
     /// The line in which the body of the function of a kind begins.
     pub fn line(&self, kind: RuleKind) -> Option<u32> {
         let function = self.file.ast.shared_lib().get_script_fn(kind.function(), kind.arguments().len())?;
@@ -521,6 +552,21 @@ impl Rule {
         let (line, text) = (self.line(kind).unwrap_or(0), self.file.around.texts.get(self.path()));
         let column = text.map_or(0, |text| column_of(&text, line, kind.function()));
         Fault { line, column, length: kind.function().len() as u32, ..fault }
+    }
+
+    /// A fault of what the function of a kind answers with, placed on a key of it where that is written there.
+    pub(crate) fn at_key(&self, kind: RuleKind, key: Option<&str>, fault: Fault) -> Fault {
+        let told = self.file.around.texts.get(self.path()).and_then(|text| {
+            let body = self.file.ast.shared_lib().get_script_fn(kind.function(), kind.arguments().len())?.body.clone();
+            let at = |place: Position| Some((place.line()? as u32, place.position()? as u32));
+            let (from, to) = (at(body.start_position())?, at(body.end_position())?);
+            let found = key_position(&text, from.0, from.1, key?).filter(|place| *place < to)?;
+            Some((text, found))
+        });
+        match told {
+            Some((_, (line, column))) => Fault { line, column, ..fault }.measured(&self.file.around.texts),
+            None => self.at_function(kind, fault),
+        }
     }
 
     /// A stage of one's own to run functions on. Constants are copied: Rhai locks them when they are read.
@@ -737,13 +783,19 @@ fn kinds_of(ast: &AST, source: &Source) -> Result<Vec<RuleKind>, Fault> {
     if let Some(fault) = miscounted(ast, source, &functions) {
         return Err(fault);
     }
-    let near = functions.iter().find_map(|(name, _)| {
-        let kind = RuleKind::ALL.into_iter().find(|kind| kind.function() == *name);
+    let near = functions.iter().find_map(|&(name, count)| {
+        let kind = RuleKind::ALL.into_iter().find(|kind| kind.function() == name);
         let near = nearest(name, RuleKind::ALL.map(RuleKind::function));
-        kind.or_else(|| RuleKind::ALL.into_iter().find(|kind| Some(kind.function()) == near))
+        let kind = kind.or_else(|| RuleKind::ALL.into_iter().find(|kind| Some(kind.function()) == near))?;
+        Some((kind, name, count))
     });
-    let meant = |kind: RuleKind| decides_nothing(&source.path, format!("did you mean `fn {}`?", kind.form()));
-    near.map_or(Ok(kinds), |kind| Err(meant(kind)))
+    let meant = |(kind, name, count): (RuleKind, &str, usize)| {
+        let fault = decides_nothing(&source.path, format!("did you mean `fn {}`?", kind.form()));
+        let function = ast.shared_lib().get_script_fn(name, count);
+        let line = function.and_then(|function| function.body.start_position().line()).unwrap_or(0) as u32;
+        Fault { line, column: column_of(&source.text, line, name), length: name.len() as u32, ..fault }
+    };
+    near.map_or(Ok(kinds), |near| Err(meant(near)))
 }
 
 fn decides_nothing(path: &str, help: String) -> Fault {

@@ -3,7 +3,7 @@
 use super::called;
 use super::source::Place;
 use crate::state::{Command, State};
-use city::{ChangesError, FaultReport};
+use city::FaultReport;
 use eframe::egui::{Label, RichText, Ui};
 use script::Texts;
 
@@ -30,7 +30,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     if let Some(error) = state.misread.clone() {
         let words = "The file of saved changes cannot be read: it is left aside until it is mended.";
         ui.colored_label(ui.visuals().error_fg_color, words);
-        of_changes(ui, state, &error);
+        faults(ui, state, &error, None);
         ui.separator();
     }
     let Some(ready) = state.ready.clone() else { return };
@@ -39,7 +39,7 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     if report.faults.is_empty() && report.warnings.is_empty() && is_well {
         ui.weak("Nothing is wrong.");
     }
-    unsuited(ui, state, &ready.unsuited);
+    unsuited(ui, state, &ready.unsuited, &ready.as_written.texts);
     faults(ui, state, &report.faults, Some(&ready.as_written.texts));
     for warning in &report.warnings {
         ui.label(format!("warning: {warning}"));
@@ -56,23 +56,8 @@ pub fn ui(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// What is wrong with saved changes, and where.
-fn of_changes(ui: &mut Ui, state: &mut State, error: &ChangesError) {
-    ui.label(&error.message);
-    let file = error.path.display().to_string();
-    if let Some(line) = error.line
-        && ui.link(RichText::new(format!("{file}:{line}")).monospace()).on_hover_text("Shows the text there").clicked()
-    {
-        let line = u32::try_from(line).unwrap_or(u32::MAX);
-        state.commands.push(Command::ShowSource(Place { file, line, column: 1, is_new: true }));
-    }
-    if let Some(hint) = &error.hint {
-        ui.label(format!("hint: {hint}"));
-    }
-}
-
 /// Changes that the script knows nothing of any more.
-fn unsuited(ui: &mut Ui, state: &mut State, wrong: &[ChangesError]) {
+fn unsuited(ui: &mut Ui, state: &mut State, wrong: &[FaultReport], texts: &Texts) {
     if wrong.is_empty() {
         return;
     }
@@ -80,9 +65,7 @@ fn unsuited(ui: &mut Ui, state: &mut State, wrong: &[ChangesError]) {
         ui.visuals().error_fg_color,
         "Changes that do not suit the script: the city is shown without them.",
     );
-    for error in wrong {
-        of_changes(ui, state, error);
-    }
+    faults(ui, state, wrong, Some(texts));
     if ui.button("Take them back").on_hover_text("Removes these changes; the others stay").clicked() {
         state.commands.push(Command::DropUnsuited);
     }

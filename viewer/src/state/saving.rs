@@ -2,7 +2,7 @@
 
 use super::{LIBRARY, State};
 use crate::preset_file;
-use city::Changes;
+use city::{Changes, FaultReport};
 use script::PresetTarget;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ impl State {
                 self.message = Some(format!("Something else wrote {name}: the city follows it. Undo takes that back."));
                 self.changed();
             }
-            Err(error) => self.misread = Some(error.into()),
+            Err(faults) => self.misread = Some(faults.iter().map(FaultReport::from).collect()),
         }
     }
 
@@ -87,7 +87,10 @@ impl State {
             Ok(there) if there == now || there == *self.history.saved() => None,
             // Whoever wrote them may be another program, or a person with an editor.
             Ok(there) => Some(there.plain()),
-            Err(error) => error.line.map(|_| error.to_string()),
+            Err(faults) => faults
+                .iter()
+                .any(|fault| fault.line > 0)
+                .then(|| faults.iter().map(|fault| format!("{fault}\n")).collect()),
         };
         if there.is_some() && self.warned != there {
             self.warned = there;

@@ -211,8 +211,8 @@ fn saved_changes_that_do_not_suit_are_left_out_and_can_be_taken_back() {
     fs::write(&file, text).unwrap();
     let mut state = opened(&city);
     let ready = state.ready.clone().unwrap();
-    let lines: Vec<Option<usize>> = ready.unsuited.iter().map(|error| error.line).collect();
-    assert_eq!(lines, [Some(3), Some(4)], "{:?}", ready.unsuited);
+    let lines: Vec<u32> = ready.unsuited.iter().map(|error| error.line).collect();
+    assert_eq!(lines, [3, 4], "{:?}", ready.unsuited);
     assert!(ready.unsuited[1].hint.as_ref().is_some_and(|hint| hint.contains("block_width")), "{:?}", ready.unsuited);
     assert!(state.history.is_saved(), "nothing is taken from anybody unasked");
     assert_eq!(state.history.now().len(), 4);
@@ -234,6 +234,29 @@ fn saved_changes_that_do_not_suit_are_left_out_and_can_be_taken_back() {
 }
 
 #[test]
+fn a_rule_that_breaks_behind_a_preset_keeps_the_last_good_city() {
+    let folder = tempfile::tempdir().unwrap();
+    let city = city(folder.path());
+    let rule = city.join("huts.rhai");
+    let good = "//! Huts.\nfn build(shape, p) {\n    shape.extrude(5);\n}\n";
+    fs::create_dir_all(city.join("presets")).unwrap();
+    fs::write(city.join("presets/mine.rhai"), "//! Mine.\npreset(#{ buildings: rule(\"huts\") });\n").unwrap();
+    fs::write(&rule, good).unwrap();
+    fs::write(city.join("city.changes"), "plat-changes 1\npreset city=mine\n").unwrap();
+    let mut state = opened(&city);
+    let expected = from_scratch(&city);
+    assert_eq!(shown(&state), expected);
+    fs::write(&rule, good.replace("5)", "5")).unwrap();
+    wait(&mut state, "the fault", |state| state.is_idle() && state.failure.is_some());
+    let faults = &state.failure.as_ref().unwrap().faults;
+    assert!(faults.len() == 1 && faults[0].line == 3 && Path::new(&faults[0].file) == rule, "{faults:?}");
+    assert_eq!(Ok(digest(&state.ready.as_ref().unwrap().built.city)), expected, "the city with the preset");
+    fs::write(&rule, good).unwrap();
+    wait(&mut state, "the mended rule", |state| state.is_idle() && state.failure.is_none());
+    assert_eq!(shown(&state), expected);
+}
+
+#[test]
 fn changes_that_something_else_saved_are_followed_and_those_that_are_not_saved_stay() {
     let folder = tempfile::tempdir().unwrap();
     let city = city(folder.path());
@@ -242,7 +265,7 @@ fn changes_that_something_else_saved_are_followed_and_those_that_are_not_saved_s
     fs::write(&file, "plat-changes 1\nsed 9\n").unwrap();
     let mut state = opened(&city);
     let misread = state.misread.clone().unwrap();
-    assert!(misread.line == Some(2) && misread.path == file, "{misread}");
+    assert!(misread[0].line == 2 && Path::new(&misread[0].file) == file, "{misread:?}");
     assert!(state.text_of(&file.to_string_lossy()).is_some_and(|text| text.contains("sed 9")));
     fs::write(&file, "plat-changes 1\nseed 9\n").unwrap();
     wait(&mut state, "the mended file", |state| {

@@ -112,20 +112,20 @@ fn loaded(arguments: &BuildArguments) -> Result<Loaded, Failure> {
 }
 
 /// Why maps and streets cannot be read, as a failure: the command line is to blame where it is well without what that changes.
-fn unread(arguments: &BuildArguments, loaded: &Loaded, error: &LoadError) -> Failure {
+fn unread(arguments: &BuildArguments, loaded: &Loaded, error: LoadError) -> Failure {
     let preset = arguments.preset.iter().map(|preset| format!("--preset {preset}"));
     let changes: Vec<String> = preset.chain(arguments.set.iter().map(|set| format!("--set {set}"))).collect();
-    let LoadError::Value { error: value, .. } = error else { return failed(error) };
+    let LoadError::Value { error: value, .. } = &error else { return unreadable(error) };
     let plain = || load(&loaded.script, arguments.rules.as_deref()).and_then(|loaded| loaded.read()).is_ok();
     if changes.is_empty() || !plain() {
-        return failed(error);
+        return failed(&error);
     }
     Failure::new(Status::Usage, format!("{}: {}", changes.join(" "), param(value)))
 }
 
 /// The maps and streets that it names.
 fn sources(arguments: &BuildArguments, loaded: &Loaded, cache: &Cache) -> Result<Sources, Failure> {
-    let sources = loaded.read_with(cache).map_err(|error| unread(arguments, loaded, &error))?;
+    let sources = loaded.read_with(cache).map_err(|error| unread(arguments, loaded, error))?;
     check_colours(arguments, &sources)?;
     warn_of_size(arguments, &sources);
     Ok(sources)
@@ -178,7 +178,7 @@ fn write(
     if arguments.colour_by == Some(ColourBy::District) && city.districts.is_empty() && !arguments.quiet {
         eprintln!("   warning  the city has no districts to colour by: all streets are grey");
     }
-    let of_rules = report.marks.iter().map(mark_of_rule).take(MOST_RULE_MARKS);
+    let of_rules = spread(&report.marks, MOST_RULE_MARKS).map(mark_of_rule);
     let marks = report.faults.iter().filter_map(mark_of).take(MOST_MARKS).chain(of_rules).collect();
     let map = MapOptions { colour_by: arguments.colour_by, marks, ..MapOptions::default() };
     let trace = built.trace.as_ref().filter(|_| !arguments.steps.is_empty());
@@ -222,6 +222,12 @@ fn mark_of(fault: &FaultReport) -> Option<Mark> {
     Some(Mark { at: Vec2::new(x, y), words: format!("{file}:{}", fault.line) })
 }
 
+/// Some of a list, as many from each part of it.
+fn spread<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
+    let count = all.len().min(most);
+    (0..count).map(move |i| &all[i * all.len() / count])
+}
+
 /// Most places marked by rules that a map shows.
 const MOST_RULE_MARKS: usize = 200;
 
@@ -250,16 +256,18 @@ fn built_from(arguments: &BuildArguments) -> BuiltFrom {
 
 /// Lays presets that a command line names on a city, one after the other.
 pub fn lay_presets(loaded: &mut Loaded, presets: &[String]) -> Result<(), Failure> {
+    let mut faults: Vec<FaultReport> = Vec::new();
     for assignment in presets {
-        loaded.lay(assignment).map_err(|error| match error {
+        match loaded.lay(assignment) {
+            Ok(()) => {}
             // A preset that is there, but wrong, is shown in its file.
-            PresetError::Preset(fault) if fault.line > 0 => {
-                Failure::of_scripts(Status::Failed, vec![FaultReport::from(&*fault)], loaded.texts.clone())
+            Err(PresetError::Preset(wrong)) if wrong.iter().any(|fault| fault.line > 0) => {
+                faults.extend(wrong.iter().map(FaultReport::from));
             }
-            other => Failure::new(Status::Usage, format!("--preset {assignment}: {other}")),
-        })?;
+            Err(other) => return Err(Failure::new(Status::Usage, format!("--preset {assignment}: {other}"))),
+        }
     }
-    Ok(())
+    if faults.is_empty() { Ok(()) } else { Err(Failure::of_scripts(Status::Failed, faults, loaded.texts.clone())) }
 }
 
 /// A parameter's error with its hint.
@@ -350,6 +358,11 @@ fn tell(arguments: &BuildArguments, Written { report, files }: &Written, texts: 
     let more = report.prints.len().saturating_sub(20);
     if more > 0 && !arguments.quiet {
         eprintln!("   print    and {more} more texts: they stand in report.json");
+    }
+    if !report.marks.is_empty() && !arguments.quiet {
+        let shown = report.marks.len().min(MOST_RULE_MARKS);
+        let most = if shown < report.marks.len() { format!("; the map shows {shown} of them") } else { String::new() };
+        eprintln!("   mark     {} places, in report.json and on the map{most}", report.marks.len());
     }
     faults::tell(&report.faults, texts);
     if report.has_faults() { Status::Faults } else { Status::Done }

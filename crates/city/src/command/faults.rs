@@ -92,6 +92,8 @@ fn place(
 /// A text without characters that a terminal would obey; as many bytes, so that places stay where they are.
 fn visible(text: &str) -> String {
     let is_hidden = |letter: char| letter.is_control() && letter != '\n' && letter != '\t';
+    // Line ends of Windows are no part of a line.
+    let text = text.replace("\r\n", " \n");
     let shown = |letter: char| match (is_hidden(letter), letter.len_utf8()) {
         (false, _) => letter,
         (true, 1) => '?',

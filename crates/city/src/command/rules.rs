@@ -84,7 +84,7 @@ pub fn run(arguments: &RulesArguments) -> Result<Status, Failure> {
     for name in &presets {
         match host.preset(name) {
             Ok(preset) => found.push(preset),
-            Err(fault) => faults.push(FaultReport::from(&fault)),
+            Err(found) => faults.extend(found.iter().map(FaultReport::from)),
         }
     }
     let listed: Vec<ListedPreset> = found.iter().map(listed_preset).collect();

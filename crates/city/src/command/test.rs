@@ -63,7 +63,11 @@ pub fn run(arguments: &TestArguments) -> Result<Status, Failure> {
         };
         println!("{told}{unread}{written}");
         if let Some(coverage) = &settings.coverage {
-            suite.rules().iter().for_each(|(_, path)| print!("{}", coverage_text(path, &coverage.of(path))));
+            let of = |(_, path): &(_, String)| (path.clone(), coverage.of(path));
+            // Presets have values alone.
+            let branched =
+                suite.rules().iter().map(of).filter(|(_, branches)| !branches.is_empty()).collect::<Vec<_>>();
+            branched.iter().for_each(|(path, branches)| print!("{}", coverage_text(path, branches)));
         }
     }
     stale

@@ -64,7 +64,7 @@ fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Fai
     }
     let seed = layout.about.as_ref().and_then(|about| about.seed.as_ref()).and_then(|seed| seed.parse().ok());
     loaded.plan.seed = arguments.seed.or(seed).unwrap_or(loaded.plan.seed);
-    loaded.read().map_err(|error| failed(&error))
+    loaded.read().map_err(super::build::unreadable)
 }
 
 /// What a report says; nothing where there is none, or it is not one.

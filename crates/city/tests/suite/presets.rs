@@ -4,9 +4,12 @@ use crate::common::build::{faultless, try_build};
 use crate::common::check;
 use crate::common::command::plat;
 use city::{Loaded, PresetError, Until, load};
+use geom::Vec2;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
+use streets::growth::Chain;
 use tempfile::TempDir;
 
 const PRESET: &str = "//! Mine.\n//!\n//! Wide blocks.\npreset(#{\n    pattern: rule(\"streets/grid\", #{ heading: 45, block_length: 90, block_width: 70 }),\n    \
@@ -100,6 +103,39 @@ fn a_district_and_a_quarter_have_presets_of_their_own() {
     assert!(!tall(place.path(), &[]).contains_key(&("east", true)));
 }
 
+#[test]
+fn presets_of_minors_are_laid_on_districts_together() {
+    let place = place(PLAIN);
+    let names = script::Host::new(vec![]).preset_names();
+    let mut laid = 0;
+    for name in &names {
+        let mut loaded = load(place.path(), None).expect("a city");
+        let preset = loaded.host.preset(name).expect("sound");
+        if preset.class() != "minors" || name.ends_with("mountain_road") {
+            continue;
+        }
+        // Over another one, whose values then hold elsewhere.
+        for assignment in ["city=waterfront".to_owned(), format!("district:west={name}")] {
+            loaded.lay(&assignment).unwrap_or_else(|error| panic!("{assignment}: {error}"));
+        }
+        let sources = loaded.read().unwrap_or_else(|error| panic!("{name}: {error}"));
+        let chain_of = |plan: &script::StreetPlan| {
+            plan.chain(Chain::new(Vec::new()), &Arc::default(), &Arc::default())
+                .unwrap_or_else(|fault| panic!("{fault}"))
+        };
+        let there = chain_of(sources.plan.minors.as_ref().expect("minors")).at(Vec2::new(100.0, 200.0));
+        // What the preset alone keeps to, it keeps to in its district.
+        let mut alone = load(place.path(), None).expect("a city");
+        alone.lay(&format!("city={name}")).expect("laid");
+        let alone = chain_of(alone.read().expect("read").plan.minors.as_ref().expect("minors"));
+        if let (Some(there), Some(_)) = (there, preset.streets().filter(|streets| !streets.constraints.is_empty())) {
+            assert_eq!(there.steps(), alone.steps(), "{name}");
+            laid += 1;
+        }
+    }
+    assert!(laid >= 8, "{laid}");
+}
+
 fn refused(loaded: &mut Loaded, assignment: &str) -> String {
     loaded.lay(assignment).expect_err("nonsense").to_string()
 }
@@ -148,7 +184,7 @@ fn the_library_has_presets_that_grow_and_show_what_they_make() {
     let names = host.preset_names();
     assert!(names.len() >= 12, "{names:?}");
     for name in names {
-        let preset = host.preset(&name).unwrap_or_else(|fault| panic!("{fault}"));
+        let preset = host.preset(&name).unwrap_or_else(|faults| panic!("{faults:?}"));
         assert!(preset.about().len() > 20, "{name} does not say what it is");
         let drawn = city::testing::picture(&preset).unwrap_or_else(|error| panic!("{name}: {error}"));
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../rules/{name}.png"));

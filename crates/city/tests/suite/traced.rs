@@ -52,10 +52,31 @@ fn marks_of_rules_stand_in_the_report_and_on_the_map() {
 }
 
 #[test]
+fn of_very_many_marks_the_map_shows_some_of_everywhere() {
+    let rule = RULE.replace("if tip.age == 1 { mark(tip.x, tip.y); }", "for i in 0..40 { mark(tip.x + i, tip.y); }");
+    let place = place(&[("city.rhai", CITY), ("mine.rhai", &rule)]);
+    let output = plat(place.path(), &["build", ".", "--no-cache"]);
+    let report = read(place.path(), "out/report.json");
+    let (count, told) = (report["marks"].as_array().expect("marks").len(), String::from_utf8_lossy(&output.stderr));
+    assert!(
+        count > 400 && told.contains(&format!("{count} places, in report.json and on the map; the map shows 200")),
+        "{told}"
+    );
+    let map = fs::read_to_string(place.path().join("out/map.svg")).expect("a map");
+    let labels: Vec<f64> = map
+        .match_indices(">mine<")
+        .filter_map(|(at, _)| map[..at].rsplit("x=\"").next()?.split('"').next()?.parse().ok())
+        .collect();
+    let (low, high) = labels.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    assert!(labels.len() >= 200 && high - low > 500.0, "{labels:?}");
+}
+
+#[test]
 fn a_library_is_chosen_first_and_must_be_there() {
     for (text, words) in [
         ("library(9);\n", "this program has no version 9 of the library"),
         ("let r = rule(\"streets/grid\");\nlibrary(1);\n", "stands before the first rule(…)"),
+        ("library(1);\nlibrary(1);\n", "library(…) is called twice"),
     ] {
         let city = format!("{text}{}", CITY.replace("library(1);\n", ""));
         let place = place(&[("city.rhai", &city), ("mine.rhai", RULE)]);

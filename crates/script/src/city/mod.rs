@@ -13,12 +13,12 @@ pub(crate) use build::plan as plan_of;
 pub(crate) use drawn::drawn_map;
 pub(crate) use site::SiteHandle;
 pub use site::{SiteInfo, SiteRequest, Sites};
-pub(crate) use streets::{rule_of, streets as street_plan};
+pub(crate) use streets::{STREETS, rule_of, streets as street_plan};
 
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
 use crate::host::{
     Closures, LIBRARY, Limits, NamedRule, Resolver, Source, Spending, Vocabulary, engine, first_call, miscounted_calls,
-    named_rules, unknown_words,
+    named_presets, named_rules, unknown_words,
 };
 use crate::plan::Plan;
 use crate::preset::{Preset, full_name};
@@ -77,8 +77,7 @@ pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites
         Err(fault) => return Checked { evaluated: None, faults: vec![fault] },
     };
     let words = Vocabulary::of(&engine, &ast);
-    let measured = |fault: Fault| fault.measured(&around.texts);
-    let mut faults: Vec<Fault> = unknown_words(&ast, &source.path, &words).into_iter().map(measured).collect();
+    let mut faults = unknown(&ast, source, around, &words);
     let mut evaluated = None;
     if faults.is_empty() {
         match run(&engine, &ast, source, around, &words, &desk) {
@@ -87,18 +86,36 @@ pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites
         }
     }
     if all {
-        let mut others = faults.split_off(faults.len().min(1));
-        others.extend(miscounted_calls(&ast, &source.path, &words).into_iter().map(measured));
+        let mut others = further(&mut faults, &ast, source, around, &words);
+        others.extend(in_presets(&ast, source, around));
         others.extend(around.shelves.pin().changes().map(|message| {
             let (line, column) = first_call(&ast, "library")
                 .map_or((0, 0), |at| (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32));
             let help = format!("library({LIBRARY}) takes them over");
             Fault { line, column, ..Fault::warning(&source.path, message).with_hint(Some(help)) }
         }));
-        others.extend(in_rules(&ast, source, around).into_iter().map(measured));
         add_others(&mut faults, others);
     }
     Checked { evaluated, faults }
+}
+
+/// Names and properties that there are not.
+fn unknown(ast: &AST, source: &Source, around: &Surroundings, words: &Vocabulary) -> Vec<Fault> {
+    unknown_words(ast, &source.path, words).into_iter().map(|fault| fault.measured(&around.texts)).collect()
+}
+
+/// What else is wrong than the first of some faults: the others, further calls, rules that are named.
+fn further(
+    faults: &mut Vec<Fault>,
+    ast: &AST,
+    source: &Source,
+    around: &Surroundings,
+    words: &Vocabulary,
+) -> Vec<Fault> {
+    let mut others = faults.split_off(faults.len().min(1));
+    let found = miscounted_calls(ast, &source.path, words).into_iter().chain(in_rules(ast, source, around));
+    others.extend(found.map(|fault| fault.measured(&around.texts)));
+    others
 }
 
 /// Adds faults by file and place. One place is told once; of whole files, each thing that is wrong.
@@ -123,16 +140,26 @@ fn run(
     words: &Vocabulary,
     desk: &Desk,
 ) -> Result<Evaluated, Fault> {
-    let _spending = Spending::start();
-    let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), ast));
-    let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
-    result.map_err(|error| fault_of(*error, source, around, words))?;
+    run_script(engine, ast, source, around, words)?;
     let printed = std::mem::take(&mut *desk.printed.lock().unwrap_or_else(PoisonError::into_inner));
     match desk.plan.lock().unwrap_or_else(PoisonError::into_inner).take() {
         Some(plan) => Ok(Evaluated { plan, printed }),
         None => Err(Fault::new(&source.path, "the script ends without a city")
             .with_hint(Some("call city(#{ site: …, minors: … }) at its end".into()))),
     }
+}
+
+fn run_script(
+    engine: &Engine,
+    ast: &AST,
+    source: &Source,
+    around: &Surroundings,
+    words: &Vocabulary,
+) -> Result<(), Fault> {
+    let _spending = Spending::start();
+    let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), ast));
+    let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
+    result.map_err(|error| fault_of(*error, source, around, words))
 }
 
 /// What is wrong in the rules that a script names, and with the names.
@@ -158,6 +185,22 @@ fn in_rules(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
         }
     }
     faults
+}
+
+/// What is wrong in the presets that a script names, and with the names.
+fn in_presets(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
+    let named = named_presets(ast).into_iter().flat_map(|(name, (line, column))| {
+        let at_name = |complaint: Complaint| Fault {
+            line,
+            column,
+            ..Fault::new(&source.path, complaint.message).with_hint(complaint.hint)
+        };
+        match preset_text(&name, around) {
+            Ok(text) => Preset::load(&full_name(&name), &text, around).err().unwrap_or_default(),
+            Err(complaint) => vec![at_name(complaint).measured(&around.texts)],
+        }
+    });
+    named.collect()
 }
 
 /// The fault of a rule that is named and not there.
@@ -236,16 +279,26 @@ fn presets(engine: &mut Engine, around: Surroundings) {
 
 /// A preset by its name, with or without its folder.
 pub(crate) fn preset_named(name: &str, around: &Surroundings) -> Result<Preset, Complaint> {
-    let name = full_name(name);
-    let source = around.shelves.read(&name).map_err(|fault| {
-        let message = fault.message.replace("rule", "preset");
-        Complaint::new(format!("preset \"{}\": {message}", fault.file)).maybe_hint(fault.hint)
-    })?;
-    Preset::load(&name, &source, around).map_err(Complaint::of)
+    let source = preset_text(name, around)?;
+    Preset::load(&full_name(name), &source, around).map_err(|mut faults| Complaint::of(faults.swap_remove(0)))
 }
 
-/// Runs the file of a preset: what it hands to `preset(#{ … })`.
-pub(crate) fn preset_engine(source: &Source, around: &Surroundings) -> Result<Map, Fault> {
+fn preset_text(name: &str, around: &Surroundings) -> Result<Source, Complaint> {
+    around.shelves.read(&full_name(name)).map_err(|fault| {
+        let message = fault.message.replace("rule", "preset");
+        Complaint::new(format!("preset \"{}\": {message}", fault.file)).maybe_hint(fault.hint)
+    })
+}
+
+/// Runs the file of a preset, and makes something of what it hands to `preset(#{ … })`.
+///
+/// # Errors
+/// All that is wrong in it and in the rules it names, what stopped it first.
+pub(crate) fn of_preset<T>(
+    source: &Source,
+    around: &Surroundings,
+    make: impl FnOnce(Map) -> Result<T, Complaint>,
+) -> Result<T, Vec<Fault>> {
     around.texts.keep(source);
     let resolver = Resolver::new(around);
     let mut engine = engine(Limits::CITY, resolver);
@@ -261,22 +314,29 @@ pub(crate) fn preset_engine(source: &Source, around: &Surroundings) -> Result<Ma
         .register_into_engine(&mut engine, move |map: Map| {
             own.lock().unwrap_or_else(PoisonError::into_inner).push(map)
         });
-    let ast = compile(&engine, source, around)?;
+    let ast = compile(&engine, source, around).map_err(|fault| vec![fault])?;
     let words = Vocabulary::of(&engine, &ast);
-    if let Some(fault) = unknown_words(&ast, &source.path, &words).into_iter().next() {
-        return Err(fault.measured(&around.texts));
+    let run = || {
+        run_script(&engine, &ast, source, around, &words)?;
+        let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+        let help = "call preset(#{ pattern: rule(\"…\"), … }) once, at its end";
+        let wrong = |message: &str| Fault::new(&source.path, message).with_hint(Some(help.into()));
+        match told.len() {
+            1 => make(told.remove(0)).map_err(|complaint| complaint.in_call("preset", source)),
+            0 => Err(wrong("this file tells no preset")),
+            _ => Err(wrong("this file tells several presets")),
+        }
+    };
+    let mut faults = unknown(&ast, source, around, &words);
+    if faults.is_empty() {
+        match run() {
+            Ok(made) => return Ok(made),
+            Err(fault) => faults.push(fault),
+        }
     }
-    let _spending = Spending::start();
-    let run = AssertUnwindSafe(|| engine.run_ast_with_scope(&mut Scope::new(), &ast));
-    let result = catch_unwind(run).map_err(|panic| of_panic(&source.path, &*panic))?;
-    result.map_err(|error| fault_of(*error, source, around, &words))?;
-    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-    let help = "call preset(#{ pattern: rule(\"…\"), … }) once, at its end";
-    match told.len() {
-        1 => Ok(told.remove(0)),
-        0 => Err(Fault::new(&source.path, "this file tells no preset").with_hint(Some(help.into()))),
-        _ => Err(Fault::new(&source.path, "this file tells several presets").with_hint(Some(help.into()))),
-    }
+    let others = further(&mut faults, &ast, source, around, &words);
+    add_others(&mut faults, others);
+    Err(faults)
 }
 
 fn listen(engine: &mut Engine, printed: Arc<Mutex<Vec<String>>>) {

@@ -147,7 +147,7 @@ fn street_units(file: &str, units: &str) -> Result<StreetUnits, Complaint> {
 }
 
 /// Everything that `streets(…)` knows.
-const STREETS: &[&str] = &[
+pub(crate) const STREETS: &[&str] = &[
     "pattern",
     "goals",
     "constraints",

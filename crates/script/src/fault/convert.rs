@@ -236,6 +236,28 @@ fn syntax(kind: &ParseErrorType, diagnosis: &Diagnosis<'_>, file: &str, at: Posi
             let message = format!("there are two functions `{name}` with {}", plural(*count, "argument"));
             Complaint::new(message).hint("give one of them another name")
         }
+        ParseErrorType::FnDuplicatedParam(function, name) => {
+            Complaint::new(format!("two arguments of `{function}` are called `{name}`"))
+                .hint("give one of them another name")
+        }
+        ParseErrorType::FnMissingParams(name) => {
+            Complaint::new(format!("`fn {name}` tells no arguments")).hint(format!("write fn {name}() {{ … }}"))
+        }
+        ParseErrorType::FnMissingBody(name) => {
+            Complaint::new(format!("`fn {name}` has no body")).hint(format!("write fn {name}(…) {{ … }}"))
+        }
+        ParseErrorType::WrongFnDefinition => Complaint::new("a function stands within another, or within a block")
+            .hint("move it out, to where the other functions are: it sees its own arguments alone in any case"),
+        ParseErrorType::WrongDocComment => Complaint::new("`///` says what a function does, and none follows")
+            .hint("is `fn` before its name missing? A remark begins with `//`"),
+        ParseErrorType::DuplicatedProperty(name) => {
+            Complaint::new(format!("there are two `{name}` in this map")).hint("keep one of them")
+        }
+        ParseErrorType::LoopBreak => {
+            Complaint::new("`break` and `continue` stand in loops alone").hint("leave a function with `return`")
+        }
+        ParseErrorType::AssignmentToInvalidLHS(_) => Complaint::new("what stands left of `=` cannot be given a value")
+            .hint("a variable can, an element of a list or a map; `==` compares"),
         ParseErrorType::DuplicatedVariable(name) => {
             Complaint::new(format!("there are two `{name}` here")).hint("give one of them another name")
         }
@@ -353,8 +375,33 @@ fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
     if forms.is_empty() {
         return Complaint::new(format!("there is no function `{name}`")).maybe_hint(function_like(name, vocabulary));
     }
-    let given = plain_types(given);
-    Complaint::new(format!("`{name}` does not take ({given})")).hint(format!("it is written {}", forms.join(" or ")))
+    let first = split_types(given).next().unwrap_or_default();
+    let methods = vocabulary.methods_of(first, name);
+    if methods.is_empty() && vocabulary.names_of_methods(first).next().is_some() && !vocabulary.is_own(name) {
+        return no_method(first, name, 0, vocabulary);
+    }
+    let forms = if methods.is_empty() { forms.join(" or ") } else { methods.join(" or ") };
+    Complaint::new(format!("`{name}` does not take ({})", plain_types(given))).hint(format!("it is written {forms}"))
+}
+
+/// What is said where a kind has no function of a name, or none that takes so many arguments.
+pub(crate) fn no_method(kind: &str, name: &str, count: usize, vocabulary: &Vocabulary) -> Complaint {
+    let forms = vocabulary.methods_of(kind, name);
+    if !forms.is_empty() {
+        let message = format!("`{name}` does not take {}", plural(count, "argument"));
+        return Complaint::new(message).hint(format!("it is written {}", forms.join(" or ")));
+    }
+    let names = vocabulary.names_of_methods(kind);
+    let near = nearest(name, names.clone()).map(|near| format!("did you mean `{near}`?"));
+    let of = vocabulary.with_method(name);
+    let rules = RuleKind::ALL
+        .into_iter()
+        .filter(|rule| of.contains(&rule.arguments()[0]))
+        .map(|rule| format!("fn {}", rule.form()));
+    let rules: Vec<String> = rules.collect();
+    let elsewhere =
+        (!rules.is_empty()).then(|| format!("it is a word of {}, in {}", of.join(" and "), rules.join(" and ")));
+    Complaint::new(format!("{kind} has no `{name}`")).maybe_hint(near.or(elsewhere).or_else(|| hint(name, names)))
 }
 
 /// What a function may be called that is not there.

@@ -6,7 +6,7 @@ mod foreign;
 mod text;
 
 pub(crate) use complaint::{Complaint, Refusal};
-pub(crate) use convert::{Diagnosis, function_like, of_error, of_panic, plain_type};
+pub(crate) use convert::{Diagnosis, function_like, no_method, of_error, of_panic, plain_type};
 pub(crate) use text::{column_of, key_position};
 
 use crate::host::Texts;

@@ -2,8 +2,9 @@
 
 use super::vocabulary::split;
 use super::{Closures, Vocabulary};
-use crate::fault::{Fault, function_like, key_position, plural};
+use crate::fault::{Complaint, Fault, function_like, key_position, no_method, plural};
 use crate::names::hint;
+use crate::param::misplaced;
 use rhai::{AST, ASTNode, Expr, FnCallExpr, GlobalRuntimeState, Map, Module, Position, Stmt};
 use std::collections::BTreeSet;
 use std::sync::PoisonError;
@@ -85,6 +86,96 @@ pub(crate) fn unknown_properties(
         statement.walk(&mut Vec::new(), &mut on_node);
     }
     in_order(faults)
+}
+
+/// What is called in these statements on a variable of a kind, and cannot be: with so many arguments, or at all; by position.
+pub(crate) fn unknown_methods(
+    statements: &[Stmt],
+    (variable, kind): (&str, &str),
+    words: &Vocabulary,
+    file: &str,
+) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut on_node = |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
+            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && let Some((call, place)) = method_of(&dot.rhs)
+            && words.has_function(&call.name)
+            && !words.is_method(kind, &call.name, call.args.len())
+        {
+            let Complaint { message, hint, .. } = no_method(kind, &call.name, call.args.len(), words);
+            faults.push(at(place, Fault::new(file, message).with_hint(hint)));
+        }
+        true
+    };
+    for statement in statements {
+        statement.walk(&mut Vec::new(), &mut on_node);
+    }
+    in_order(faults)
+}
+
+fn method_of(expression: &Expr) -> Option<(&FnCallExpr, Position)> {
+    match expression {
+        Expr::MethodCall(call, at) => Some((call, *at)),
+        Expr::Dot(dot, ..) | Expr::Index(dot, ..) => method_of(&dot.lhs),
+        _ => None,
+    }
+}
+
+/// Calls of `params(…)` within functions: it is read once, at the top of a file.
+pub(crate) fn misplaced_params(ast: &AST, file: &str) -> Vec<Fault> {
+    let order = |at: Position| (at.line(), at.position());
+    let bodies = ast.iter_functions().filter_map(|function| {
+        let body = &ast.shared_lib().get_script_fn(function.name, function.params.len())?.body;
+        Some(order(body.start_position())..order(body.end_position()))
+    });
+    let bodies: Vec<_> = bodies.collect();
+    faults_of_calls(ast, |called| {
+        let is_within = called.call.name == "params" && bodies.iter().any(|body| body.contains(&order(called.at)));
+        let Complaint { message, hint, .. } = misplaced();
+        is_within.then(|| at(called.at, Fault::new(file, message).with_hint(hint)))
+    })
+}
+
+/// The maps that a script asks for of a tip, a block or their like, by a written name or a parameter's, with their places; none
+/// of which it asks whether they are there.
+pub(crate) fn asked_maps(ast: &AST) -> Vec<(AskedMap, Position)> {
+    let (mut asked, mut looked_for) = (Vec::new(), BTreeSet::new());
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let Some(ASTNode::Expr(Expr::MethodCall(call, at))) = path.last()
+            && let Some(map) = call.args.first().and_then(AskedMap::of)
+        {
+            match call.name.as_str() {
+                "map" | "zone" => asked.push((map, *at)),
+                "has_map" => drop(looked_for.insert(map)),
+                _ => {}
+            }
+        }
+        true
+    });
+    asked.retain(|(map, _)| !looked_for.contains(map));
+    asked
+}
+
+/// A map as a script names it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum AskedMap {
+    /// By its name.
+    Named(String),
+    /// By a parameter: `p.zones`.
+    Parameter(String),
+}
+
+impl AskedMap {
+    fn of(argument: &Expr) -> Option<Self> {
+        match argument {
+            Expr::StringConstant(name, _) => Some(Self::Named(name.to_string())),
+            Expr::Dot(dot, ..) if matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == "p") => {
+                property_of(&dot.rhs).map(|(name, _)| Self::Parameter(name.to_owned()))
+            }
+            _ => None,
+        }
+    }
 }
 
 /// What a script asks of what it imports at its top, or of its own constants, and is not there, by position: functions with so
@@ -322,6 +413,22 @@ impl NamedRule {
         };
         self.keys.iter().filter(is_unknown).map(fault).collect()
     }
+}
+
+/// The presets that a script names, each with its line and column, from 1.
+pub(crate) fn named_presets(ast: &AST) -> Vec<(String, (u32, u32))> {
+    let mut found = Vec::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        let called = path.last().and_then(called).filter(|called| called.call.name == "preset");
+        if let Some((Expr::StringConstant(name, _), at)) =
+            called.and_then(|called| Some((called.call.args.first()?, called.at)))
+        {
+            let place = (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
+            found.push((name.to_string(), place));
+        }
+        true
+    });
+    found
 }
 
 /// The rules that a script loads.

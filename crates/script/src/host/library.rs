@@ -108,10 +108,18 @@ impl Pin {
             let help = "put it at the top of the script";
             return Err(Complaint::new("library(…) stands before the first rule(…) and preset(…)").hint(help));
         }
+        if let Some(before) = pinned.version {
+            return Err(Complaint::new("library(…) is called twice").hint(format!("it is version {before} already")));
+        }
         let known = u32::try_from(version).ok().filter(|version| (1..=LIBRARY).contains(version));
         let unknown = || {
             let message = format!("this program has no version {version} of the library");
-            Complaint::new(message).hint(format!("it carries version {LIBRARY} and those before it"))
+            let help = if LIBRARY == 1 {
+                "it carries version 1".into()
+            } else {
+                format!("it carries versions 1 to {LIBRARY}")
+            };
+            Complaint::new(message).hint(help)
         };
         pinned.version = Some(known.ok_or_else(unknown)?);
         Ok(())

@@ -14,8 +14,9 @@ mod vocabulary;
 
 pub(crate) use call::{Caller, Handle, Located};
 pub(crate) use check::{
-    NamedRule, assigned_properties, first_call, imported_files, miscounted_calls, named_rules, properties, undeclared,
-    unknown_imported, unknown_options, unknown_properties, unknown_words,
+    AskedMap, NamedRule, asked_maps, assigned_properties, first_call, imported_files, miscounted_calls,
+    misplaced_params, named_presets, named_rules, properties, undeclared, unknown_imported, unknown_methods,
+    unknown_options, unknown_properties, unknown_words,
 };
 pub(crate) use engine::{Closures, Limits, compile, compile_within, engine, refuse_captures};
 pub use library::{Embedded, LIBRARY, Library, Source, Texts};

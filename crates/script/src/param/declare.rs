@@ -40,8 +40,7 @@ impl Declared {
     fn declare(&self, map: Map) -> Result<(), Complaint> {
         let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if state.sealed {
-            let help = "move it above the functions: it is read once, not at each call";
-            return Err(Complaint::new("params(…) belongs at the top of the file, outside of functions").hint(help));
+            return Err(misplaced());
         }
         if state.params.is_some() {
             return Err(Complaint::new("params(…) stands twice in this file").hint("put all parameters into one map"));
@@ -169,4 +168,10 @@ fn choice(default: &str, words: Array) -> Result<Declaration, Refusal> {
 
 fn complaint((message, near): Misfit) -> Complaint {
     Complaint::new(format!("the default {message}")).maybe_hint(near)
+}
+
+/// What is said where parameters are declared within a function.
+pub(crate) fn misplaced() -> Complaint {
+    Complaint::new("params(…) belongs at the top of the file, outside of functions")
+        .hint("move it above the functions: it is read once, not at each call")
 }

@@ -6,7 +6,7 @@ mod places;
 mod set;
 mod value;
 
-pub(crate) use declare::{Declaration, Declared, register};
+pub(crate) use declare::{Declaration, Declared, misplaced, register};
 pub use literal::Literal;
 pub(crate) use literal::Misfit;
 pub(crate) use literal::colour;

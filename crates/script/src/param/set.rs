@@ -103,6 +103,18 @@ impl ParamSet {
         self.places.as_deref()
     }
 
+    /// The districts in which a value is another than elsewhere.
+    pub(crate) fn districts(&self) -> impl Iterator<Item = &str> {
+        self.values.iter().flat_map(Value::districts)
+    }
+
+    /// The same in one district, or outside all of them: no value differs by district any more.
+    #[must_use]
+    pub(crate) fn in_district(&self, name: Option<&str>) -> Self {
+        let values = self.values.iter().map(|value| value.in_district(name).clone()).collect();
+        Self::of(self.declared.clone(), values, self.places.clone())
+    }
+
     /// What a script gets as `p`.
     pub(crate) fn ready(&self) -> Params {
         self.ready.clone()

@@ -41,6 +41,16 @@ pub struct DistrictValues {
 }
 
 impl Value {
+    /// The value in one district, or outside all of them: a constant or a map.
+    pub(crate) fn in_district(&self, name: Option<&str>) -> &Self {
+        match self {
+            Self::District(values) => {
+                name.and_then(|name| values.named.get(name)).unwrap_or(&values.other).in_district(name)
+            }
+            Self::Constant(_) | Self::Map(_) => self,
+        }
+    }
+
     /// The value where it is the same everywhere.
     pub fn constant(&self) -> Option<&Literal> {
         match self {

@@ -5,6 +5,7 @@ use super::desk::Desk;
 use super::town::TownHandle;
 use crate::fault::{Complaint, Refusal};
 use crate::host::{kind_of, numeric};
+use crate::preset::Preset;
 use crate::rule::Rule;
 use rhai::{Array, Dynamic, Engine, FnPtr, FuncRegistration, NativeCallContext};
 
@@ -62,7 +63,7 @@ fn snapshots(engine: &mut Engine, desk: &Desk) {
     FuncRegistration::new("snapshot")
         .with_params_info(["value"])
         .with_comments([
-            "/// Compares a town, a rule's parameters, or any answer with what was accepted before, to the last digit.",
+            "/// Compares a town, a rule's parameters, what a preset says, or any answer with what was accepted before, to the last digit.",
         ])
         .register_into_engine(engine, move |value: Dynamic| -> Held { Ok(snapshot(&own, &value, None)?) });
     let own = desk.clone();
@@ -101,6 +102,9 @@ fn snapshot(desk: &Desk, value: &Dynamic, name: Option<&str>) -> Result<(), Comp
     }
     if let Some(rule) = value.read_lock::<Rule>() {
         return desk.snapshot(name, answer::parameters(&rule), None);
+    }
+    if let Some(preset) = value.read_lock::<Preset>() {
+        return desk.snapshot(name, preset.listed(), None);
     }
     desk.snapshot(name, answer::text(value), None)
 }

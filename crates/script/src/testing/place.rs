@@ -82,6 +82,7 @@ impl Place {
         let land = self.maps.get("land").cloned();
         Arc::new(Fields {
             legal: land.clone().into_iter().collect(),
+            barred: self.maps.get("parks").cloned().into_iter().collect(),
             land,
             density: field("density", 1.0),
             elevation: field("elevation", 0.0),

@@ -193,13 +193,29 @@ fn recursive(options: Map, seed: Seed) -> Result<RecursiveSettings, Complaint> {
 fn complaint_of(error: &SettingsError) -> Complaint {
     let default = RecursiveSettings::default();
     match error {
-        SettingsError::OutOfRange { name, .. } => Complaint::new(error.to_string()).key(*name),
+        SettingsError::OutOfRange { name, .. } => Complaint::new(error.to_string()).maybe_hint(usual(name)).key(*name),
         SettingsError::AreasCrossed { .. } => {
             let (least, most) = (default.least_area, default.most_area);
             let help = format!("what is not told is as it is usual: least_area {least} m², most_area {most} m²");
             Complaint::new(error.to_string()).hint(help).key("least_area")
         }
     }
+}
+
+/// What an option is where it is not told.
+fn usual(name: &str) -> Option<String> {
+    let default = RecursiveSettings::default();
+    let value = match name {
+        "least_area" => default.least_area,
+        "most_area" => default.most_area,
+        "spread" => default.spread,
+        "least_frontage" => default.least_frontage,
+        "irregularity" => default.irregularity,
+        "forced_access" => default.forced_access,
+        "least_convexity" => default.least_convexity,
+        _ => return None,
+    };
+    Some(format!("it is {value} where it is not told"))
 }
 
 /// The options of `recursive`.

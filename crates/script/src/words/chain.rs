@@ -9,12 +9,13 @@ use crate::plan::MapRef;
 use crate::rule::{Rule, RuleKind};
 use geom::{Angle, Point, Polygon};
 use rhai::{Array, Dynamic, Engine, FuncRegistration, Map};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use streets::growth::{
     Area, BRIDGE_SPACING, Bridge, Chain, Constraints, Duplicate, Extend, Legal, Length, MOST_STEPS, Over, Own,
     Quantity, Slope, Step, TurnSearch, Varying,
 };
+use streets::{Districts, PerDistrict};
 
 /// What a length of a constraint may be.
 const METRES: Range = Range::of(0.0, 10_000.0, " m");
@@ -295,8 +296,36 @@ fn link(value: Dynamic) -> Result<Link, Complaint> {
 }
 
 /// The chain that rules make together, in their order: at most one tells a chain; the constraints of one's own stand
-/// where `own()` says, else behind the steps of their file. Without a chain they follow the standard one.
+/// where `own()` says, else behind the steps of their file. Without a chain they follow the standard one. Each is asked once
+/// for every district in which its parameters differ: its steps hold everywhere, what they are told may differ.
 pub(crate) fn chain_of(rules: &[Rule], standard: Chain, own: &dyn Fn(&Rule) -> Own) -> Result<Chain, Fault> {
+    let own_of = |rule: &Rule| rule.kinds().contains(&RuleKind::Constrain).then(|| own(rule));
+    let owns: Vec<Option<Own>> = rules.iter().map(own_of).collect();
+    let chain_in = |district| chain_in(district, rules, standard.clone(), &owns);
+    let everywhere = chain_in(None)?;
+    let names: BTreeSet<&str> = rules.iter().flat_map(|rule| rule.params().districts()).collect();
+    let mut chains =
+        names.iter().map(|&name| Ok((name, chain_in(Some(name))?))).collect::<Result<BTreeMap<_, _>, _>>()?;
+    if chains.is_empty() {
+        return Ok(everywhere);
+    }
+    // Before the plan is settled there are no districts; what is wrong in one is found all the same.
+    let districts = rules.iter().find_map(|rule| rule.params().places()).map_or_else(
+        || Arc::new(Districts::of_areas(names.iter().map(|&name| name.to_owned()).collect(), Vec::new())),
+        |places| places.districts.clone(),
+    );
+    let districts = PerDistrict::new(districts, |name| chains.remove(name), everywhere.clone());
+    everywhere.in_districts(districts).ok_or_else(|| {
+        let wrong = Complaint::new("this tells other steps in one district than in another")
+            .hint("what the steps are told may differ by district; which there are, and what masks clip to, may not");
+        let telling = rules.iter().find(|rule| rule.kinds().contains(&RuleKind::Constraints));
+        telling
+            .map_or_else(|| Fault::new("", "no rule tells steps"), |rule| complaint(rule, RuleKind::Constraints, wrong))
+    })
+}
+
+/// The chain in one district, or outside all of them.
+fn chain_in(district: Option<&str>, rules: &[Rule], standard: Chain, owns: &[Option<Own>]) -> Result<Chain, Fault> {
     let has = |rule: &&Rule, kind| rule.kinds().contains(&kind);
     let mut chains = rules.iter().filter(|rule| has(rule, RuleKind::Constraints));
     let (first, second) = (chains.next(), chains.next());
@@ -307,16 +336,18 @@ pub(crate) fn chain_of(rules: &[Rule], standard: Chain, own: &dyn Fn(&Rule) -> O
     }
     let mut steps = if first.is_none() { standard.steps().to_vec() } else { Vec::new() };
     let mut varying = Vec::new();
-    for rule in rules {
-        let links = if has(&rule, RuleKind::Constraints) { links_of(rule)? } else { Vec::new() };
-        varying.extend(varying_of(&links, rule)?);
+    for (rule, own) in rules.iter().zip(owns) {
+        let there = rule.with(rule.params().in_district(district));
+        let links = if has(&rule, RuleKind::Constraints) { links_of(&there)? } else { Vec::new() };
+        varying.extend(varying_of(&links, &there)?);
         let is_placed = links.iter().any(|link| matches!(link, Link::Own));
-        steps.extend(links.into_iter().map(|link| match link {
-            Link::Native(_, step, _) => step,
-            Link::Own => Step::Own(own(rule)),
+        let own = || own.clone().map(Step::Own);
+        steps.extend(links.into_iter().filter_map(|link| match link {
+            Link::Native(_, step, _) => Some(step),
+            Link::Own => own(),
         }));
-        if !is_placed && has(&rule, RuleKind::Constrain) {
-            steps.push(Step::Own(own(rule)));
+        if !is_placed {
+            steps.extend(own());
         }
     }
     if steps.len() > MOST_STEPS {

@@ -1,6 +1,6 @@
 //! What `block` and `shape` share: the place they lie at, with its maps and the streets around.
 
-use super::segment::map_name;
+use super::segment::{map_name, no_map_of};
 use super::{method, property};
 use crate::fault::Complaint;
 use crate::host::Located;
@@ -126,7 +126,7 @@ fn streets<C: Placed>(engine: &mut Engine) {
 
 fn no_map(ground: &dyn Ground, name: &str) -> Complaint {
     let known = ground.maps();
-    Complaint::new(format!("the site has no map `{name}`")).maybe_hint(hint(name, known.iter().map(String::as_str)))
+    no_map_of(known.iter().map(String::as_str), name)
 }
 
 fn class_name(ground: &dyn Ground, class: &Dynamic) -> Result<String, Complaint> {

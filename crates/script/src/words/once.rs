@@ -23,7 +23,9 @@ pub(super) fn register(engine: &mut Engine) {
 pub(crate) fn density(map: &Dynamic, options: Map) -> Result<DensityGoal, Complaint> {
     let given = kind_of(map);
     let map = map.clone().try_cast::<MapRef>();
-    let map = map.ok_or_else(|| Complaint::new(format!("density takes a map, site.map(\"…\"), not {given}")))?;
+    let help =
+        "in a city script site.map(\"density\"); in a rule a parameter: params(#{ map: map(\"density\") }), then p.map";
+    let map = map.ok_or_else(|| Complaint::new(format!("density takes a map, not {given}")).hint(help))?;
     let mut options = Options::new("density", options, &["least", "full", "pace", "consume"])?;
     Ok(DensityGoal {
         map,
@@ -54,5 +56,5 @@ pub(crate) fn goal_of(rule: &Rule) -> Result<DensityGoal, Fault> {
 
 pub(super) fn complaint(rule: &Rule, kind: RuleKind, wrong: Complaint) -> Fault {
     let fault = Fault::new(rule.path(), format!("{}: {}", kind.form(), wrong.message)).with_hint(wrong.hint);
-    rule.at_function(kind, fault)
+    rule.at_key(kind, wrong.key.as_deref(), fault)
 }

@@ -9,7 +9,8 @@ use geom::Vec2;
 use rhai::{Array, Dynamic, Map, Variant};
 
 /// What is said of a value by place where one value must hold everywhere.
-const EVERYWHERE: &str = "this holds for the whole city: give it one value, no map and no by_district(…)";
+const EVERYWHERE: &str =
+    "give it one value, no map and no by_district(…); the value of a parameter of constraints may differ by district";
 
 /// The options given to a word.
 pub(crate) struct Options {
@@ -128,8 +129,10 @@ pub(crate) fn word<T: Copy>(options: &mut Options, key: &str, words: &[(&str, T)
 pub(crate) fn cast<T: Variant + Clone>(value: Dynamic, key: &str, kind: &str) -> Result<T, Complaint> {
     let given = kind_of(&value);
     let quoted = (value.is_string() && kind != "a text").then(|| "numbers, true and false stand without quotes".into());
-    let everywhere = differs(&value).then(|| EVERYWHERE.to_owned()).or(quoted);
-    let wrong = || Complaint::new(format!("`{key}` must be {kind}, not {given}")).maybe_hint(everywhere).key(key);
+    let is_bare_rule = kind == "streets(…)" && given == "a rule";
+    let bare = is_bare_rule.then(|| format!("write {key}: streets(#{{ pattern: rule(\"…\") }})"));
+    let help = differs(&value).then(|| EVERYWHERE.to_owned()).or(quoted).or(bare);
+    let wrong = || Complaint::new(format!("`{key}` must be {kind}, not {given}")).maybe_hint(help).key(key);
     value.try_cast::<T>().ok_or_else(wrong)
 }
 
@@ -155,5 +158,9 @@ pub(crate) fn pair(value: Dynamic) -> Result<Vec2, Complaint> {
 fn size(value: Dynamic) -> Result<Vec2, Complaint> {
     let size = pair(value).map_err(|_| Complaint::new("a size is written [width, height] in metres"))?;
     let good = size.cmpgt(Vec2::ZERO).all() && geom::Point::try_from_metres(size).is_some();
-    if good { Ok(size) } else { Err(Complaint::new("a size must be above 0 and below 500 km")) }
+    if good {
+        Ok(size)
+    } else {
+        Err(Complaint::new("a size must be above 0 and below 500 km").hint("width and height in metres: [3000, 2000]"))
+    }
 }

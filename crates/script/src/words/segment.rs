@@ -153,7 +153,14 @@ pub(super) fn map_name(name: &Dynamic) -> Result<String, Complaint> {
 
 /// The complaint that growth knows no map of a name.
 pub(super) fn missing(fields: &Fields, name: &str) -> Complaint {
-    let near = hint(name, fields.maps.keys().map(String::as_str));
+    no_map_of(fields.maps.keys().map(String::as_str), name)
+}
+
+/// The complaint that a site with these maps has none of a name.
+pub(super) fn no_map_of<'a>(known: impl Iterator<Item = &'a str> + Clone, name: &str) -> Complaint {
+    let bare =
+        "it has none at all: maps lie in the folder of site(\"maps\"), or are drawn, site(#{ density: |x, y| … })";
+    let near = hint(name, known.clone()).or_else(|| known.clone().next().is_none().then(|| bare.to_owned()));
     Complaint::new(format!("the site has no map `{name}`")).maybe_hint(near)
 }
 

@@ -223,7 +223,7 @@ fn steps_at(chain: &Chain) -> [Vec<Step>; 2] {
 }
 
 #[test]
-fn every_number_of_the_standard_chain_differs_by_place() {
+fn all_values_of_the_standard_chain_differ_by_district() {
     let both = |low: &str, high: &str| format!("by_district(#{{ \"old town\": {low} }}, {high})");
     for (name, low, high) in [
         ("snap", "3", "9"),
@@ -234,12 +234,16 @@ fn every_number_of_the_standard_chain_differs_by_place() {
         ("longest", "100", "500"),
         ("least_angle", "20", "40"),
         ("prune", "0.25", "0.75"),
+        ("turn_step", "3", "9"),
         ("turn_most", "30", "90"),
+        ("turn_first", "true", "false"),
         ("bridge", "200", "400"),
         ("bridge_spacing", "50", "500"),
+        ("bridge_over", "\"water\"", "\"any\""),
+        ("bridge_first", "false", "true"),
         ("max_slope", "0.05", "0.5"),
     ] {
-        let is_bridge = name == "bridge_spacing";
+        let is_bridge = name.starts_with("bridge_");
         let with = |value: &str| match is_bridge {
             true => format!("bridge: 300, {name}: {value}"),
             false => format!("{name}: {value}"),
@@ -266,6 +270,31 @@ fn numbers_of_chains_are_read_from_maps_too() {
     assert_eq!([slope(&west), slope(&east)], [(7.0, 38.0), (20.0, 301.0)]);
     let harbour = chain.at(Vec2::new(900.0, 100.0)).expect("differs");
     assert_eq!(slope(harbour.steps()).0, 20.0);
+}
+
+#[test]
+fn steps_are_the_same_in_all_districts() {
+    let file = "params(#{ is_strict: flag(false), reach: metres(5).range(0, 99) });\n\nfn constraints(p) {\n    \
+                let chain = [snap(p.reach * 2)];\n    if p.is_strict { chain.push(crossing()); }\n    chain\n}";
+    let says = |values: &str| {
+        let host = Host::new(vec![shelf(&[("mine.rhai", MINE), ("own.rhai", file)])]);
+        let text = format!(
+            "let site = site(\"maps\");\ncity(#{{ site: site, districts: site.districts(\"districts\", #{{ \"old town\": \"#c0392b\" }}),\n\
+             majors: streets(#{{ pattern: rule(\"mine\"), constraints: rule(\"own\", #{{ {values} }}) }}) }});"
+        );
+        let mut plan = host
+            .plan(&Source { text, path: "city.rhai".into() }, Arc::new(Folders))
+            .map_err(|fault| fault.to_string())?
+            .plan;
+        plan.settle(places()).expect("settles");
+        let chain = plan.majors.expect("majors").chain(Chain::new(Vec::new()), &Arc::default(), &Arc::default());
+        Ok::<_, String>(chain.expect("a chain"))
+    };
+    let told = says("is_strict: by_district(#{ \"old town\": true }, false)").expect_err("other steps");
+    assert!(told.contains("own.rhai:3:4: constraints(p): this tells other steps in one district"), "{told}");
+    // A rule reckons with what holds in a district.
+    let [west, east] = steps_at(&says("reach: by_district(#{ \"old town\": 3 }, 4)").expect("a chain"));
+    assert_eq!((west, east), (vec![Step::Snap(6.0)], vec![Step::Snap(8.0)]));
 }
 
 #[test]
@@ -299,15 +328,10 @@ fn a_map_of_values_differs_by_place_too() {
 #[test]
 fn constraints_by_place_are_refused_where_they_make_no_sense() {
     let says = |rule: &str, values: &str| chain(rule, values).expect_err("wrong");
-    for (values, wrong) in [
-        ("turn_step: by_district(#{ harbour: 9 }, 3)", "`turn_step` must be a number"),
-        ("turn_first: by_district(#{ harbour: true }, false)", "`turn_first` must be true or false"),
-        ("bridge_first: by_district(#{ harbour: true }, false)", "`bridge_first` must be true or false"),
-        ("bridge_over: by_district(#{ harbour: \"any\" }, \"water\")", "`bridge_over` must be a text"),
-    ] {
-        let told = says("constraints/standard", values);
-        assert!(told.contains(wrong) && told.contains("this holds for the whole city"), "{values}: {told}");
-    }
+    let told = says("constraints/standard", "turn_step: site.map(\"density\").between(1, 20)");
+    assert!(told.contains("`turn_step` must be a number") && told.contains("give it one value, no map"), "{told}");
+    let told = says("constraints/standard", "turn_first: by_district(#{ harbour: 3 }, false)");
+    assert!(told.contains("`turn_first` must be true or false"), "{told}");
     let told = says("constraints/standard", "snap: site.map(\"density\").scale(9000)");
     assert!(told.contains("`snap` must be a number from 0 to 1000 m, but"), "{told}");
     let told = says("constraints/standard", "snap: by_district(#{ moon: 3 }, 5)");

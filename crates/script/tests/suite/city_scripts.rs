@@ -273,6 +273,27 @@ fn the_nearest_library_wins() {
 }
 
 #[test]
+fn all_that_is_wrong_behind_presets_is_told() {
+    let files = [
+        (
+            "presets/lanes.rhai",
+            "//! Lanes.\npreset(#{ pattern: rule(\"own\"), buildings: rule(\"huts\", #{ hihg: 3 }), parcels: rule(\"none\") });",
+        ),
+        ("own.rhai", "fn propose(tip, p) { tip.ahaed(50); }"),
+        ("huts.rhai", "params(#{ high: number(3) });\nfn build(shape, p) { shape.extrude(p.high; }"),
+    ];
+    let host = Host::new(vec![shelf(&files)]);
+    let text = "city(#{\n  site: site(#{ size: [900, 900] }),\n  preset: preset(\"lanes\"),\n  \
+                minors: streets(#{ preset: preset(\"lnaes\") }),\n});";
+    let checked = host.check_city(&Source { text: text.into(), path: "city.rhai".into() }, Arc::new(Folders));
+    let told: Vec<String> =
+        checked.faults.iter().map(|fault| format!("{}:{}:{}", fault.file, fault.line, fault.column)).collect();
+    let wanted = ["own.rhai:1:26", "city.rhai:4:30", "huts.rhai:2:42", "presets/lanes.rhai:2:81"];
+    assert_eq!(told, wanted, "{:?}", checked.faults);
+    assert!(checked.evaluated.is_none() && host.preset("lanes").is_err_and(|faults| faults.len() == 3));
+}
+
+#[test]
 fn wrong_goals_and_constraints_are_told() {
     let told = |name: &str, text: &str| {
         let city = format!(
@@ -282,7 +303,7 @@ fn wrong_goals_and_constraints_are_told() {
         headline(&host.plan(&Source { text: city, path: "city.rhai".into() }, Arc::new(Folders)).expect_err("wrong"))
     };
     let says = told("constraints", "fn constraints(p) { #{ snpa: 3 } }");
-    assert_eq!(says, "mine.rhai:1:4: constraints(p): constraints has no option `snpa`");
+    assert_eq!(says, "mine.rhai:1:24: constraints(p): constraints has no option `snpa`");
     let says = told("constraints", "fn constraints(p) { 3 }");
     assert_eq!(says, "mine.rhai:1:4: constraints(p): returns a whole number");
     let says = told("goals", "fn goals(p) { 3 }");

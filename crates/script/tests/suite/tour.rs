@@ -2,12 +2,12 @@
 
 use crate::common::{self, Folders, city, rule, tip};
 use script::{
-    AssignPattern, BlockContext, BuildingPattern, ConstraintPattern, Faults, Host, ParcelPattern, Rule, RuleKind,
-    ShapeContext, Source, StreetPattern,
+    AssignPattern, BlockContext, BuildingPattern, ConstraintPattern, Faults, Host, ParcelPattern, Places, Rule,
+    RuleKind, ShapeContext, Source, StreetPattern,
 };
 use std::sync::Arc;
-use streets::Classes;
-use streets::growth::{Chain, Constrain, GrowthRules};
+use streets::growth::{Chain, Constrain, Field, GrowthRules};
+use streets::{Classes, Districts};
 
 const README: &str = include_str!("../../../../rules/README.md");
 
@@ -123,8 +123,13 @@ fn cities_of_the_tour_run() {
     let snippets = snippets("rhai city");
     assert_eq!(snippets.len(), 8);
     for text in snippets {
-        let plan = city(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}")).plan;
+        let mut plan = city(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}")).plan;
         assert!(plan.minors.is_some());
+        // On a site with all that it names.
+        let names = ["harbour", "market", "old town"].map(str::to_owned).to_vec();
+        let maps = plan.param_maps().into_iter().map(|map| (map.name.clone(), Field::Constant(0.5))).collect();
+        let places = Places { maps, districts: Arc::new(Districts::of_areas(names, Vec::new())) };
+        plan.settle(places).unwrap_or_else(|error| panic!("{error}\n{text}"));
     }
 }
 
@@ -134,7 +139,7 @@ fn presets_of_the_tour_are_sound() {
     assert_eq!(snippets.len(), 1);
     for text in snippets {
         let library = common::shelf(&[("presets/mine.rhai", &text)]);
-        let preset = Host::new(vec![library]).preset("mine").unwrap_or_else(|fault| panic!("{fault}\n{text}"));
+        let preset = Host::new(vec![library]).preset("mine").unwrap_or_else(|faults| panic!("{faults:?}\n{text}"));
         assert_eq!(preset.rules().len(), 4);
     }
 }

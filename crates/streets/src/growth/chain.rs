@@ -4,6 +4,7 @@
 use super::own::Own;
 use super::varying::Varying;
 use super::{Area, Constraints};
+use crate::PerDistrict;
 use geom::{Angle, Vec2};
 use std::sync::Arc;
 
@@ -37,6 +38,16 @@ pub enum Step {
     Arms(u32),
     /// A constraint that a rule decides.
     Own(Own),
+}
+
+impl Step {
+    /// Whether another step is of the same kind; masks clip to the same area.
+    fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Mask(area), Self::Mask(other)) => area == other,
+            _ => std::mem::discriminant(self) == std::mem::discriminant(other),
+        }
+    }
 }
 
 /// Shortest and longest piece of street, in metres.
@@ -130,23 +141,29 @@ pub struct Extend {
 /// A step that changes a proposal starts the chain anew, so each step has agreed to what is laid; one that cannot settle
 /// is refused. What holds between streets whatever their order (crossing, duplicate, angle, arms) or of the ground
 /// (legal, slope, mask) is tested on the final line once more, so the order decides how a street is adjusted and never
-/// whether it is valid (V25). Numbers may differ by place: see [`Chain::at`].
+/// whether it is valid (V25). Numbers may differ by place, and all else but the steps themselves by district: see [`Chain::at`].
 #[derive(Clone, Debug)]
 pub struct Chain {
     steps: Vec<Step>,
     /// What differs by place; empty where nothing does.
     varying: Option<Arc<[Varying]>>,
+    /// What differs by district: chains of the same steps.
+    districts: Option<Arc<PerDistrict<Chain>>>,
 }
 
 impl PartialEq for Chain {
     /// What differs by place is equal to itself only.
     fn eq(&self, other: &Self) -> bool {
-        let are_same = match (&self.varying, &other.varying) {
-            (None, None) => true,
-            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
-            _ => false,
-        };
-        are_same && self.steps == other.steps
+        let vary_alike = is_same(self.varying.as_ref(), other.varying.as_ref());
+        vary_alike && is_same(self.districts.as_ref(), other.districts.as_ref()) && self.steps == other.steps
+    }
+}
+
+fn is_same<T: ?Sized>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
+    match (a, b) {
+        (None, None) => true,
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        _ => false,
     }
 }
 
@@ -154,13 +171,34 @@ impl Chain {
     /// A chain of at most [`MOST_STEPS`] steps; what is beyond is left out.
     pub fn new(mut steps: Vec<Step>) -> Self {
         steps.truncate(MOST_STEPS);
-        Self { steps, varying: None }
+        Self { steps, varying: None, districts: None }
     }
 
     /// The same chain with numbers that differ by place; those that no step has change nothing.
     #[must_use]
     pub fn varied(self, varying: Vec<Varying>) -> Self {
         Self { varying: (!varying.is_empty()).then(|| varying.into()), ..self }
+    }
+
+    /// The same chain with others in districts; `None` where their steps are not of the same kinds in the same order, since
+    /// what a growth prepares for its steps holds everywhere.
+    pub fn in_districts(self, districts: PerDistrict<Self>) -> Option<Self> {
+        let is_like = |other: &Self| {
+            self.steps.len() == other.steps.len() && self.steps.iter().zip(&other.steps).all(|(a, b)| a.is_like(b))
+        };
+        let are_like = districts.values().all(is_like);
+        are_like.then(|| Self { districts: Some(Arc::new(districts)), ..self.clone() })
+    }
+
+    /// The chains of districts and the one of all other ground, where there are any.
+    pub fn districts(&self) -> Option<&PerDistrict<Self>> {
+        self.districts.as_deref()
+    }
+
+    /// Whether a step of it is so, here or in a district.
+    pub(super) fn any(&self, is: impl Fn(&Step) -> bool) -> bool {
+        let own = self.districts.iter().flat_map(|districts| districts.values());
+        own.chain([self]).any(|chain| chain.steps.iter().any(&is))
     }
 
     /// The numbers that differ by place.

@@ -111,7 +111,7 @@ impl<'a> Keeper<'a> {
         };
         Self {
             ordinal,
-            may_leave: !chain.steps().contains(&Step::Crossing) || chain.steps().iter().any(is_raised),
+            may_leave: !chain.steps().contains(&Step::Crossing) || chain.any(is_raised),
             keeps,
             chain: Arc::new(chain.clone()),
             ground: Ground::new(&keeps.fields, chain),

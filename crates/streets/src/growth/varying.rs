@@ -84,6 +84,10 @@ impl Chain {
     /// The chain as it holds for a proposal that starts at a place in metres; none where it is the same everywhere, so
     /// that nothing is read or copied then.
     pub fn at(&self, place: Vec2) -> Option<Self> {
+        if let Some(districts) = self.districts() {
+            let own = districts.at(place);
+            return Some(own.at(place).unwrap_or_else(|| own.clone()));
+        }
         if self.varying().is_empty() {
             return None;
         }

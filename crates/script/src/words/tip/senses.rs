@@ -43,7 +43,7 @@ fn ground(engine: &mut Engine) {
     method!(engine, "contour"(length) "The heading that keeps its height over so many metres.", Growing, |g, length| {
         Ok(degrees(g.tip.level(within("the length", length, 0.0, LONGEST, " m")?)))
     });
-    method!(engine, "shore"(most) "Metres to water, a park or the site's rim, `most` where none is that near.", Growing,
+    method!(engine, "shore"(most) "Metres to water, barred ground such as parks, or the site's rim, `most` where none is that near.", Growing,
     |g, most| {
         let most = within("the distance", most, 0.0, 2000.0, " m")?;
         g.looks.take(most * PER_METRE_OF_SHORE)?;

@@ -7,8 +7,8 @@ use crate::growth::{
     Area, Bridge, Chain, Duplicate, Extend, Field, Fields, Growth, GrowthLog, GrowthRules, Legal, Length, Over, Slope,
     Step, TurnSearch, grow,
 };
-use crate::{Classes, StreetGraph};
-use geom::{Angle, Point, Polygon, Raster, Vec2};
+use crate::{Classes, Districts, PerDistrict, StreetGraph};
+use geom::{Angle, Bounds, Point, Polygon, Raster, Vec2};
 use proptest::prelude::*;
 use std::sync::Arc;
 
@@ -76,6 +76,14 @@ pub(super) fn chain() -> impl Strategy<Value = Chain> {
         }
         Chain::new(kept)
     })
+}
+
+/// Another chain of the same kinds of steps, with values of others.
+fn like(chain: &Chain, others: &[Step]) -> Chain {
+    let same_kind =
+        |step: &Step| others.iter().find(|other| std::mem::discriminant(*other) == std::mem::discriminant(step));
+    let other = |step: &Step| if let Step::Mask(_) = step { None } else { same_kind(step).cloned() };
+    Chain::new(chain.steps().iter().map(|step| other(step).unwrap_or_else(|| step.clone())).collect())
 }
 
 fn place() -> impl Strategy<Value = (f64, f64, f64)> {
@@ -255,6 +263,22 @@ proptest! {
         for step in chain.steps() {
             check(step, &graph, &log, &fields);
         }
+    }
+
+    #[test]
+    fn a_district_that_is_everywhere_is_as_none(chain in chain(), others in prop::collection::vec(step(), 30),
+                                                fields in ground(), chance in any::<u64>()) {
+        let fields = shared(fields);
+        let other = like(&chain, &others);
+        let all = Polygon::rectangle(Bounds::between(at(-SIDE - 9.0, -SIDE - 9.0), at(SIDE + 9.0, SIDE + 9.0)));
+        let districts = Arc::new(Districts::of_areas(vec!["all".into()], vec![(0, all)]));
+        let in_districts = PerDistrict::new(districts, |_| Some(other.clone()), chain.clone());
+        let mixed = chain.in_districts(in_districts).expect("the same kinds of steps");
+        let laid = |chain: Chain| -> Vec<(Point, Point, i8)> {
+            let (_, log) = grown(chain, &fields, &winding(), chance);
+            log.accepted.iter().map(|a| (a.start(), a.end(), a.line.level)).collect()
+        };
+        prop_assert_eq!(laid(mixed), laid(other));
     }
 
     #[test]
