@@ -238,7 +238,7 @@ impl Changes {
                 Ok(change) => changes.add(change),
                 Err(message) => faults.push(wrong(
                     message.unwrap_or_else(|| format!("`{line}` says no change")),
-                    "a line is `seed 7`, `preset minors=village` or `set minors.pattern.block_width=90`",
+                    "a line is `seed 7`, `preset city=village`, `preset minors=village` or `set minors.pattern.block_width=90`",
                 )),
             }
         }

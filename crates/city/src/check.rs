@@ -75,6 +75,7 @@ fn check_city(
             match loaded.read() {
                 Ok(sources) => found.extend(sources.plan.missing_maps()),
                 Err(LoadError::Scripts { faults, .. }) => found.extend(faults),
+                Err(LoadError::Value { error, .. }) => found.push(loaded.value_fault(&error)),
                 Err(error) => found.push(in_city(script, &error)),
             }
             (found, loaded.texts)

@@ -11,7 +11,7 @@ use crate::{Cache, Changes, Site};
 use geom::{Bounds, Digest, Id, Point, Raster, Vec2};
 use script::{
     DistrictPlan, Evaluated, Fault, Host, Library, ParamError, Plan, PresetTarget, RuleKind, SiteInfo, SiteRequest,
-    Sites, Source, StreetImport, StreetUnits, Texts,
+    Sites, Source, StreetImport, StreetUnits, Texts, place_in_script,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -230,6 +230,10 @@ impl Loaded {
     /// [`PresetError`] when there is no such preset or nothing to lay it on.
     pub fn lay(&mut self, assignment: &str) -> Result<(), PresetError> {
         let (target, name) = assignment.rsplit_once('=').unwrap_or(("city", assignment));
+        if target == "city" && assignment.trim().parse::<PresetTarget>().is_ok() {
+            let message = format!("`{assignment}` says where, but no preset: write {assignment}=village");
+            return Err(PresetError::Target(message));
+        }
         let target: PresetTarget = target.trim().parse().map_err(PresetError::Target)?;
         let preset = self.host.preset(name.trim()).map_err(PresetError::Preset)?;
         self.plan.apply(&preset, &target).map_err(PresetError::Plan)
@@ -272,6 +276,14 @@ impl Loaded {
     /// parse.
     pub fn read_with(&self, cache: &Cache) -> Result<Sources, LoadError> {
         self.read_all(cache).map_err(|error| self.with_text(error))
+    }
+
+    /// What is wrong with a value, where the script says it.
+    pub fn value_fault(&self, error: &ParamError) -> Fault {
+        let file = self.script.display().to_string();
+        let place = self.texts.get(&file).and_then(|text| place_in_script(&text, &error.message));
+        let (line, column, length) = place.unwrap_or((0, 0, 0));
+        Fault { line, column, length, ..Fault::new(file, error.message.clone()).with_hint(error.hint.clone()) }
     }
 
     /// A text that does not parse is told with the line.

@@ -27,7 +27,7 @@ pub use account::{Account, Step, StepKind, Telling};
 pub use city::{Checked, Evaluated, SiteInfo, SiteRequest, Sites};
 pub use digest::PlanDigests;
 pub use effects::heard;
-pub use fault::{Call, Fault, Faults, Severity};
+pub use fault::{Call, Fault, Faults, Severity, place_in_script};
 pub use host::{Embedded, LIBRARY, Library, Source, Texts};
 pub use names::nearest;
 pub use param::{DistrictValues, Domain, Literal, MapValue, Param, ParamError, ParamSet, Places, Unit, Value};

@@ -1,12 +1,12 @@
 //! A rule: one loaded Rhai file with the values of its parameters.
 
 use crate::account::Account;
-use crate::fault::{Diagnosis, Fault, column_of, key_position, of_error, of_panic, plural};
+use crate::fault::{Diagnosis, Fault, Severity, column_of, key_position, of_error, of_panic, plural};
 use crate::host::{
     AskedMap, Closures, Limits, Modules, Reading, Resolver, Settling, Shelves, Source, Spending, Texts, Vocabulary,
-    asked_maps, assigned_properties, engine, first_call, imported_files, miscounted_calls, misplaced_params,
-    properties, refuse_captures, undeclared, unknown_imported, unknown_methods, unknown_options, unknown_properties,
-    unknown_words,
+    asked_maps, assigned_properties, declared_in, engine, first_call, imported_files, miscounted_calls,
+    misplaced_params, properties, rebinds, refuse_captures, undeclared, unknown_imported, unknown_methods,
+    unknown_options, unknown_properties, unknown_words,
 };
 use crate::names::{hint, nearest};
 use crate::param::{Declared, Literal, ParamError, ParamSet, Params, register as register_params};
@@ -206,6 +206,8 @@ fn misnamed_arguments(ast: &AST, path: &str, texts: &Texts) -> Vec<Fault> {
 fn seen(ast: &AST, path: &str, around: &Surroundings, vocabulary: &Vocabulary) -> Vec<Fault> {
     let mut faults = unknown_words(ast, path, vocabulary);
     faults.extend(without_running(ast, path, &around.texts, vocabulary));
+    let declared = declared_in(ast, &around.texts.get(path).unwrap_or_default());
+    faults.extend(undeclared_in(ast, &declared.iter().map(String::as_str).collect::<Vec<_>>(), path));
     faults.sort_by_key(|fault| (fault.line, fault.column));
     faults.into_iter().map(|fault| fault.measured(&around.texts)).collect()
 }
@@ -224,24 +226,61 @@ fn add_seen(faults: &mut Vec<Fault>, seen: Vec<Fault>) {
 fn misasked(ast: &AST, path: &str, vocabulary: &Vocabulary) -> Vec<Fault> {
     let mut faults = Vec::new();
     let subjects: BTreeSet<&str> = RuleKind::ALL.map(|kind| kind.arguments()[0]).into();
-    for function in ast.iter_functions() {
-        let Some(body) = ast.shared_lib().get_script_fn(function.name, function.params.len()) else { continue };
-        let is_it =
-            |kind: &RuleKind| kind.function() == function.name && kind.arguments().len() == function.params.len();
-        let own = RuleKind::ALL.into_iter().find(is_it).map(|kind| kind.arguments()[0]);
-        for (position, &variable) in function.params.iter().enumerate() {
-            let kind = own.filter(|_| position == 0).or_else(|| subjects.get(variable).copied());
+    for Named { own, arguments, statements } in named_functions(ast) {
+        let own = own.map(|kind| kind.arguments()[0]);
+        for (position, variable) in arguments.into_iter().enumerate() {
+            let certain = own.filter(|_| position == 0);
             // What `p` has is known by the rule, not by its type.
-            let Some(kind) = kind.filter(|kind| *kind != "p") else { continue };
+            let kind = certain.or_else(|| subjects.get(variable).copied()).filter(|kind| *kind != "p");
+            let Some(kind) = kind else { continue };
+            if rebinds(&statements, variable) {
+                continue;
+            }
             let known: BTreeSet<&str> = vocabulary.properties_of(kind).collect();
-            let statements = statements_between(ast, body.body.start_position(), body.body.end_position());
-            faults.extend(unknown_properties(&statements, variable, &known, path));
-            faults.extend(unknown_methods(&statements, (variable, kind), vocabulary, path));
-            faults.extend(assigned_properties(&statements, variable, path));
+            let mut found = unknown_properties(&statements, variable, &known, path);
+            found.extend(unknown_methods(&statements, (variable, kind), vocabulary, path));
+            found.extend(assigned_properties(&statements, variable, path));
+            faults.extend(found.into_iter().map(|fault| if certain.is_some() { fault } else { doubtful(fault) }));
         }
     }
     faults.sort_by_key(|fault| (fault.line, fault.column));
     faults.dedup();
+    faults
+}
+
+/// A function that a script calls by its name.
+struct Named<'a> {
+    /// What it decides, where it is one of a rule.
+    own: Option<RuleKind>,
+    arguments: Vec<&'a str>,
+    statements: Vec<Stmt>,
+}
+
+fn named_functions(ast: &AST) -> impl Iterator<Item = Named<'_>> {
+    let named = ast.iter_functions().filter(|function| !function.name.starts_with("anon$"));
+    named.filter_map(|function| {
+        let body = &ast.shared_lib().get_script_fn(function.name, function.params.len())?.body;
+        let statements = statements_between(ast, body.start_position(), body.end_position());
+        let is_it =
+            |kind: &RuleKind| kind.function() == function.name && kind.arguments().len() == function.params.len();
+        Some(Named { own: RuleKind::ALL.into_iter().find(is_it), arguments: function.params, statements })
+    })
+}
+
+/// What is wrong only where an argument is what it is called.
+fn doubtful(fault: Fault) -> Fault {
+    Fault { severity: Severity::Warning, ..fault }
+}
+
+/// Parameters that functions ask for and that are not declared, of their last argument, or of one called `p`.
+fn undeclared_in(ast: &AST, declared: &[&str], path: &str) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for Named { own, arguments, statements } in named_functions(ast) {
+        let variable = if own.is_some() { arguments.last() } else { arguments.iter().find(|name| **name == "p") };
+        let Some(variable) = variable.filter(|variable| !rebinds(&statements, variable)) else { continue };
+        let found = undeclared(&statements, variable, declared, path);
+        faults.extend(found.into_iter().map(|fault| if own.is_some() { fault } else { doubtful(fault) }));
+    }
     faults
 }
 
@@ -348,12 +387,7 @@ impl Rule {
             }
         }
         let declared: Vec<&str> = self.params.iter().map(|(param, _)| param.name.as_str()).collect();
-        for kind in self.kinds() {
-            let entry = self.entry(*kind);
-            if let (Expr::Stmt(body), Some(variable)) = (&entry.body, entry.arguments.last()) {
-                faults.extend(undeclared(body.statements(), variable, &declared, path));
-            }
-        }
+        faults.extend(undeclared_in(ast, &declared, path));
         faults.extend(self.unused());
         faults.sort_by_key(|fault| (fault.line, fault.column));
         faults.into_iter().map(|fault| fault.measured(texts)).collect()

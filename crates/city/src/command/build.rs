@@ -100,11 +100,7 @@ fn failed(error: &dyn std::fmt::Display) -> Failure {
 fn loaded(arguments: &BuildArguments) -> Result<Loaded, Failure> {
     let mut loaded = load(&arguments.city, arguments.rules.as_deref()).map_err(unreadable)?;
     lay_presets(&mut loaded, &arguments.preset)?;
-    for assignment in &arguments.set {
-        loaded
-            .set(assignment)
-            .map_err(|error| Failure::new(Status::Usage, format!("--set {assignment}: {}", param(&error))))?;
-    }
+    set_all(&mut loaded, &arguments.set)?;
     if let Some(seed) = arguments.seed {
         loaded.plan.seed = seed;
     }
@@ -118,7 +114,8 @@ fn unread(arguments: &BuildArguments, loaded: &Loaded, error: LoadError) -> Fail
     let LoadError::Value { error: value, .. } = &error else { return unreadable(error) };
     let plain = || load(&loaded.script, arguments.rules.as_deref()).and_then(|loaded| loaded.read()).is_ok();
     if changes.is_empty() || !plain() {
-        return failed(&error);
+        let fault = FaultReport::from(&loaded.value_fault(value));
+        return Failure::of_scripts(Status::Failed, vec![fault], loaded.texts.clone());
     }
     Failure::new(Status::Usage, format!("{}: {}", changes.join(" "), param(value)))
 }
@@ -268,6 +265,15 @@ pub fn lay_presets(loaded: &mut Loaded, presets: &[String]) -> Result<(), Failur
         }
     }
     if faults.is_empty() { Ok(()) } else { Err(Failure::of_scripts(Status::Failed, faults, loaded.texts.clone())) }
+}
+
+/// Sets values that a command line names; all that are wrong are told.
+pub fn set_all(loaded: &mut Loaded, set: &[String]) -> Result<(), Failure> {
+    let wrong: Vec<String> = set
+        .iter()
+        .filter_map(|assignment| Some(format!("--set {assignment}: {}", param(&loaded.set(assignment).err()?))))
+        .collect();
+    if wrong.is_empty() { Ok(()) } else { Err(Failure::new(Status::Usage, wrong.join("\n"))) }
 }
 
 /// A parameter's error with its hint.

@@ -56,14 +56,16 @@ struct ListedParam {
     about: String,
 }
 
-/// Lists the rules of the library and of `--rules`, or those whose names begin so.
+/// Lists the rules of the library and of `--rules`, or those that are called so.
 pub fn run(arguments: &RulesArguments) -> Result<Status, Failure> {
     let host = rule_host(arguments.rules.as_deref()).map_err(super::build::unreadable)?;
+    // By the beginning of its name, or by what follows its folder: `streets`, `streets/grid`, `grid`.
+    let is_called = |name: &str, asked: &str| name.starts_with(asked) || name.rsplit('/').next() == Some(asked);
     let wanted =
-        |name: &String| arguments.names.is_empty() || arguments.names.iter().any(|n| name.starts_with(n.as_str()));
+        |name: &String| arguments.names.is_empty() || arguments.names.iter().any(|asked| is_called(name, asked));
     let names: Vec<String> = host.names().into_iter().filter(wanted).collect();
     let presets: Vec<String> = host.preset_names().into_iter().filter(wanted).collect();
-    let is_there = |asked: &&String| names.iter().chain(&presets).any(|name| name.starts_with(asked.as_str()));
+    let is_there = |asked: &&String| names.iter().chain(&presets).any(|name| is_called(name, asked));
     if let Some(asked) = arguments.names.iter().find(|asked| !is_there(asked)) {
         let fault = host.rule(asked).err();
         let hint = fault.and_then(|fault| fault.hint).map_or(String::new(), |hint| format!("\n  hint: {hint}"));

@@ -57,11 +57,7 @@ fn sources(arguments: &WhyArguments, layout: &LayoutFile) -> Result<Sources, Fai
     let presets = if arguments.preset.is_empty() { &told.presets } else { &arguments.preset };
     super::build::lay_presets(&mut loaded, presets)?;
     let set = if arguments.set.is_empty() { &told.set } else { &arguments.set };
-    for assignment in set {
-        loaded.set(assignment).map_err(|error| {
-            Failure::new(Status::Usage, format!("--set {assignment}: {}", super::build::param(&error)))
-        })?;
-    }
+    super::build::set_all(&mut loaded, set)?;
     let seed = layout.about.as_ref().and_then(|about| about.seed.as_ref()).and_then(|seed| seed.parse().ok());
     loaded.plan.seed = arguments.seed.or(seed).unwrap_or(loaded.plan.seed);
     loaded.read().map_err(super::build::unreadable)

@@ -167,7 +167,10 @@ impl Suite {
             .iter()
             .flat_map(|(path, file)| file.tests().iter().filter(is_wanted).map(move |test| (path, file, test)))
             .collect();
-        side_by_side(settings.threads, &wanted, |(path, file, test)| run(path, file, test, settings))
+        let ran = side_by_side(settings.threads, &wanted, |(path, file, test)| run(path, file, test, settings))?;
+        // Rules are read when tests ask for them, under the names that faults give.
+        self.files.iter().for_each(|(_, file)| self.texts.keep_all(file.texts()));
+        Ok(ran)
     }
 
     /// Snapshots beside these files that belong to no test of theirs any more. Where a test failed, nobody knows which it

@@ -229,6 +229,46 @@ fn check_finds_saved_changes_that_do_not_suit_their_city() {
 }
 
 #[test]
+fn a_rule_that_fails_in_a_test_is_shown_however_the_test_is_called() {
+    let place = place(&[]);
+    fs::create_dir(place.path().join("streets")).expect("made");
+    write(place.path(), "streets/mine.rhai", "//! Mine.\nfn propose(tip, p) {\n    let one = [1];\n    one[4];\n}\n");
+    write(place.path(), "streets/mine.test.rhai", "fn test_it() {\n    rule().propose(#{});\n}\n");
+    for called in ["streets/mine.rhai", "streets/mine.test.rhai", "./streets/mine.rhai", "streets", "."] {
+        let output = plat(place.path(), &["test", called]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(told.contains("streets/mine.rhai:4:9") && told.contains("one[4];"), "{called}: {told}");
+    }
+}
+
+#[test]
+fn what_a_name_stands_for_elsewhere_is_no_mistake() {
+    let place = place(&[]);
+    fs::create_dir_all(place.path().join("streets/lib")).expect("made");
+    fs::create_dir_all(place.path().join("parcels")).expect("made");
+    let rule = "params(#{ a: metres(80) });\n\
+                fn most(list) { list.reduce(|most, shape| max(most, shape.width)) }\n\
+                fn propose(tip, p) {\n    if tip.x > -1 { let tip = #{ k: 3 }; let z = tip.k; }\n    \
+                { let p = #{ zz: 1 }; let z = p.zz; }\n    try { throw #{ k: 1 }; } catch (tip) { let z = tip.k; }\n    \
+                for block in [#{ w: 3 }] { let z = block.w; }\n    tip.ahead(p.a);\n}\n";
+    write(place.path(), "streets/mine.rhai", rule);
+    let rule = "fn subdivide(block, p) {\n    let parts = [3, 4].map(|tip| tip + 1).filter(|p| p > 3);\n    \
+                if block.has_map(\"zones\") && block.zone(\"zones\") > 1 { return block.open(); }\n    \
+                block.recursive(#{ most_area: 100.0 * parts.len() });\n}\n";
+    write(place.path(), "parcels/mine.rhai", rule);
+    let city = "city(#{ site: site(#{ size: [300, 300] }), minors: streets(#{ pattern: rule(\"streets/mine\") }), parcels: rule(\"parcels/mine\") });";
+    write(place.path(), "city.rhai", city);
+    let report = json(place.path(), &["check", ".", "--json"], 0);
+    assert_eq!(spots(&report), Vec::<String>::new(), "{report}");
+    // Of what a helper is given only its name is known.
+    let helper =
+        "fn size(tip) {\n    tip.len() + tip.width\n}\nfn propose(tip, p) {\n    tip.ahead(size([1, 2]));\n}\n";
+    write(place.path(), "streets/mine.rhai", helper);
+    let report = json(place.path(), &["check", ".", "--json"], 0);
+    assert_eq!(spots(&report), ["warning ./streets/mine.rhai:2:9"], "{report}");
+}
+
+#[test]
 fn all_that_is_shipped_is_sound() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let report = json(&root, &["check", "rules", "scripts", "--json"], 0);

@@ -143,7 +143,11 @@ fn number(name: &str, value: &Dynamic) -> Result<f32, Complaint> {
     }
     if value.is_string() || value.is_map() || value.is_array() || value.is_unit() {
         let message = format!("the map `{name}` is drawn by numbers, not by {}", kind_of(value));
-        return Err(Complaint::new(message).hint(format!("{name}: |x, y| 100 * x, or a number for all ground")));
+        let help = match value.is_string() {
+            true => "names of districts are drawn by the map called `districts`: districts: |x, y| …".to_owned(),
+            false => format!("{name}: |x, y| 100 * x, or a number for all ground"),
+        };
+        return Err(Complaint::new(message).hint(help));
     }
     Ok(numeric(&format!("the map `{name}`"), value)? as f32)
 }

@@ -15,7 +15,7 @@ pub(crate) use site::SiteHandle;
 pub use site::{SiteInfo, SiteRequest, Sites};
 pub(crate) use streets::{STREETS, rule_of, streets as street_plan};
 
-use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic};
+use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic, place_in_script};
 use crate::host::{
     Closures, LIBRARY, Limits, NamedRule, Resolver, Source, Spending, Vocabulary, engine, first_call, miscounted_calls,
     named_presets, named_rules, unknown_words,
@@ -82,7 +82,7 @@ pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites
     if faults.is_empty() {
         match run(&engine, &ast, source, around, &words, &desk) {
             Ok(done) => evaluated = Some(done),
-            Err(fault) => faults.push(fault),
+            Err(fault) => faults.push(at_district(fault, &source.text)),
         }
     }
     if all {
@@ -97,6 +97,15 @@ pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites
         add_others(&mut faults, others);
     }
     Checked { evaluated, faults }
+}
+
+/// What is wrong with the name of a district is placed on it: the word that takes all districts together knows no place.
+fn at_district(fault: Fault, text: &str) -> Fault {
+    let place = Some(&fault.message).filter(|message| message.contains("differs in `"));
+    match place.and_then(|message| place_in_script(text, message)) {
+        Some((line, column, length)) => Fault { line, column, length, ..fault },
+        None => fault,
+    }
 }
 
 /// Names and properties that there are not.
@@ -177,6 +186,7 @@ fn in_rules(ast: &AST, source: &Source, around: &Surroundings) -> Vec<Fault> {
                     Ok(rule) => {
                         let known: Vec<&str> = rule.params().iter().map(|(param, _)| param.name.as_str()).collect();
                         faults.extend(named.unknown_parameters(&known, &source.path));
+                        faults.extend(named.unsuited_values(rule.params(), &source.path));
                         faults.extend(if is_new { rule.doubts() } else { Vec::new() });
                     }
                     Err(found) => faults.extend(if is_new { found } else { Vec::new() }),

@@ -93,7 +93,7 @@ fn innermost(mut error: EvalAltResult, spot: &mut Spot) -> EvalAltResult {
 /// A call that an error came through.
 fn call(function: String, spot: &Spot, at: Position) -> Call {
     // Rhai names closures by a number.
-    let function = if function.starts_with("anon$") { "a closure".to_owned() } else { function };
+    let function = if function.starts_with(ANONYMOUS) { "a closure".to_owned() } else { function };
     let (line, column) = (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
     Call { function, file: spot.file.clone(), line, column }
 }
@@ -359,6 +359,9 @@ fn powers_are_a_function() -> Words {
     Complaint::new("there is no operator `**`").hint("write pow(x, y): it gives the same digits on every computer")
 }
 
+/// What Rhai calls closures by.
+const ANONYMOUS: &str = "anon$";
+
 fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
     let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ""));
     let given = arguments.trim_end_matches(')');
@@ -371,6 +374,10 @@ fn unknown_function(signature: &str, vocabulary: &Vocabulary) -> Words {
         let sides = split_types(given).map(plain_type).collect::<Vec<_>>().join(" and ");
         let help = if name == "+" { "both must be numbers, texts or lists" } else { "both must be numbers" };
         return Complaint::new(format!("there is no `{name}` of {sides}")).hint(help);
+    }
+    if name.starts_with(ANONYMOUS) {
+        return Complaint::new("a closure of another file cannot be called here")
+            .hint("let that file call it, or hand on what it gives");
     }
     if forms.is_empty() {
         return Complaint::new(format!("there is no function `{name}`")).maybe_hint(function_like(name, vocabulary));

@@ -7,7 +7,8 @@ mod text;
 
 pub(crate) use complaint::{Complaint, Refusal};
 pub(crate) use convert::{Diagnosis, function_like, no_method, of_error, of_panic, plain_type};
-pub(crate) use text::{column_of, key_position};
+pub use text::place_in_script;
+pub(crate) use text::{column_of, key_position, open_comment};
 
 use crate::host::Texts;
 use geom::Vec2;

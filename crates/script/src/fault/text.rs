@@ -48,6 +48,64 @@ pub(super) fn unclosed(text: &str, opens: char) -> Option<(u32, u32)> {
     open.iter().rev().find(|(c, ..)| *c == opens).map(|&(_, line, column)| (line, column))
 }
 
+/// Where a script says what a message is about: the district that it names, else the only key that it names. Line, column
+/// and length, from 1.
+pub fn place_in_script(text: &str, message: &str) -> Option<(u32, u32, u32)> {
+    let quoted = |head: &str| Some(message.split_once(head)?.1.split_once('`')?.0);
+    let keys: Vec<(u32, u32, u32)> = match quoted("differs in `") {
+        Some(district) => keys(text, district).take(1).collect(),
+        None => keys(text, message.split('`').nth(1)?).collect(),
+    };
+    if let [only] = keys[..] { Some(only) } else { None }
+}
+
+/// Where `name:` or `"name":` stands outside of remarks.
+fn keys(text: &str, name: &str) -> impl Iterator<Item = (u32, u32, u32)> {
+    let is_key = |line: &str, at: usize, length: usize| {
+        let ends = |c: char| !is_word(c) && c != '"';
+        line[..at].chars().next_back().is_none_or(ends) && line[at + length..].trim_start().starts_with(':')
+    };
+    text.lines().zip(1..).flat_map(move |(line, number)| {
+        let code = line.split("//").next().unwrap_or_default();
+        let forms = [name.to_owned(), format!("\"{name}\"")];
+        let found = forms.into_iter().find_map(|form| {
+            let at = code.match_indices(&form).map(|(at, _)| at).find(|&at| is_key(code, at, form.len()))?;
+            Some((number, code[..at].chars().count() as u32 + 1, form.chars().count() as u32))
+        });
+        found
+    })
+}
+
+/// Where the comment begins that has no end; comments may stand within comments.
+pub(crate) fn open_comment(text: &str) -> Option<(u32, u32)> {
+    let mut scan = Scan::new(text, 1, 1).filter(|_| text.contains("/*"))?;
+    let pair = |scan: &Scan| (scan.chars.get(scan.at).copied(), scan.chars.get(scan.at + 1).copied());
+    loop {
+        match pair(&scan) {
+            (None, _) => return None,
+            (Some('/'), Some('*')) => {}
+            _ => {
+                scan.step();
+                continue;
+            }
+        }
+        let (start, mut depth) = ((scan.line, scan.column), 0u32);
+        loop {
+            let by = match pair(&scan) {
+                (None, _) => return Some(start),
+                (Some('/'), Some('*')) => 1,
+                (Some('*'), Some('/')) => -1,
+                _ => 0,
+            };
+            depth = depth.saturating_add_signed(by);
+            (0..if by == 0 { 1 } else { 2 }).for_each(|_| scan.advance());
+            if depth == 0 {
+                break;
+            }
+        }
+    }
+}
+
 /// Where a word stands in a line, from 1; 0 where it does not.
 pub(crate) fn column_of(text: &str, line: u32, word: &str) -> u32 {
     let row = text.lines().nth((line as usize).wrapping_sub(1)).unwrap_or_default();

@@ -4,8 +4,8 @@ use super::vocabulary::split;
 use super::{Closures, Vocabulary};
 use crate::fault::{Complaint, Fault, function_like, key_position, no_method, plural};
 use crate::names::hint;
-use crate::param::misplaced;
-use rhai::{AST, ASTNode, Expr, FnCallExpr, GlobalRuntimeState, Map, Module, Position, Stmt};
+use crate::param::{ParamSet, misplaced};
+use rhai::{AST, ASTNode, Dynamic, Expr, FnCallExpr, GlobalRuntimeState, Map, Module, Position, Stmt};
 use std::collections::BTreeSet;
 use std::sync::PoisonError;
 
@@ -46,7 +46,7 @@ pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str],
     let mut faults = Vec::new();
     let mut on_node = |path: &[ASTNode<'_>]| {
         if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
-            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && is_variable(&dot.lhs, variable)
             && let Some((name, place)) = property_of(&dot.rhs)
             && !declared.contains(&name)
         {
@@ -73,7 +73,7 @@ pub(crate) fn unknown_properties(
     let mut faults = Vec::new();
     let mut on_node = |path: &[ASTNode<'_>]| {
         if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
-            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && is_variable(&dot.lhs, variable)
             && let Some((name, place)) = property_of(&dot.rhs)
             && !known.contains(name)
         {
@@ -98,7 +98,7 @@ pub(crate) fn unknown_methods(
     let mut faults = Vec::new();
     let mut on_node = |path: &[ASTNode<'_>]| {
         if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
-            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && is_variable(&dot.lhs, variable)
             && let Some((call, place)) = method_of(&dot.rhs)
             && words.has_function(&call.name)
             && !words.is_method(kind, &call.name, call.args.len())
@@ -112,6 +112,43 @@ pub(crate) fn unknown_methods(
         statement.walk(&mut Vec::new(), &mut on_node);
     }
     in_order(faults)
+}
+
+/// Whether these statements make a name stand for something else somewhere: then little is known of it.
+pub(crate) fn rebinds(statements: &[Stmt], name: &str) -> bool {
+    let mut does = false;
+    for statement in statements {
+        statement.walk(&mut Vec::new(), &mut |path| {
+            does |= match path.last() {
+                Some(ASTNode::Stmt(Stmt::Var(parts, ..))) => parts.0.as_str() == name,
+                Some(ASTNode::Stmt(Stmt::For(parts, ..))) => {
+                    parts.0.as_str() == name || parts.1.as_ref().is_some_and(|count| count.as_str() == name)
+                }
+                Some(ASTNode::Stmt(Stmt::TryCatch(parts, ..))) => is_variable(&parts.expr, name),
+                Some(ASTNode::Stmt(Stmt::Import(parts, ..))) => parts.1.as_str() == name,
+                Some(ASTNode::Stmt(Stmt::Assignment(parts))) => is_variable(&parts.1.lhs, name),
+                _ => false,
+            };
+            !does
+        });
+    }
+    does
+}
+
+fn is_variable(expression: &Expr, name: &str) -> bool {
+    matches!(expression, Expr::Variable(of, ..) if of.1 == name)
+}
+
+/// The names of the parameters that `params(#{ … })` declares, as they are written.
+pub(crate) fn declared_in(ast: &AST, text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    ast.walk(&mut |path: &[ASTNode<'_>]| {
+        if let Some(called) = path.last().and_then(called).filter(|called| called.call.name == "params") {
+            found.extend(called.call.args.first().into_iter().flat_map(|map| keys_of(map, text)).map(|key| key.name));
+        }
+        true
+    });
+    found
 }
 
 fn method_of(expression: &Expr) -> Option<(&FnCallExpr, Position)> {
@@ -255,7 +292,7 @@ pub(crate) fn assigned_properties(statements: &[Stmt], variable: &str, file: &st
     let mut on_node = |path: &[ASTNode<'_>]| {
         if let Some(ASTNode::Stmt(Stmt::Assignment(parts))) = path.last()
             && let Expr::Dot(dot, ..) = &parts.1.lhs
-            && matches!(&dot.lhs, Expr::Variable(of, ..) if of.1 == variable)
+            && is_variable(&dot.lhs, variable)
             && let Some((name, place)) = property_of(&dot.rhs)
         {
             let message = format!("`{variable}.{name}` can be read, but not changed");
@@ -277,7 +314,7 @@ pub(crate) fn unknown_options(ast: &AST, file: &str, text: &str, words: &Vocabul
         let Some(called) = path.last().and_then(called).filter(|called| is_plain(called.call)) else { return true };
         let name = called.call.name.as_str();
         let Some(known) = words.options_of(name) else { return true };
-        for (key, place) in called.call.args.iter().flat_map(|argument| keys_of(argument, text)) {
+        for Key { name: key, place, .. } in called.call.args.iter().flat_map(|argument| keys_of(argument, text)) {
             if !known.contains(key.as_str()) {
                 let near = hint(&key, known.iter().copied());
                 let fault = Fault::new(file, format!("`{name}` has no option `{key}`")).with_hint(near);
@@ -290,20 +327,26 @@ pub(crate) fn unknown_options(ast: &AST, file: &str, text: &str, words: &Vocabul
 }
 
 /// The keys of a map that is written as an argument, each with its line and column.
-fn keys_of(argument: &Expr, text: &str) -> Vec<(String, (u32, u32))> {
+fn keys_of(argument: &Expr, text: &str) -> Vec<Key> {
     let place = |at: Position| (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32);
     match argument {
-        Expr::Map(map, _) => map.0.iter().map(|(key, _)| (key.name.to_string(), place(key.pos))).collect(),
+        Expr::Map(map, _) => {
+            let key = |(key, value): &(rhai::Ident, Expr)| Key {
+                name: key.name.to_string(),
+                place: place(key.pos),
+                value: value.get_literal_value(None),
+            };
+            map.0.iter().map(key).collect()
+        }
         // A map of nothing but constants is one itself, and forgets where its keys stand.
         Expr::DynamicConstant(value, at) => {
             let (line, column) = place(*at);
-            let keys: Vec<String> =
-                value.read_lock::<Map>().map_or_else(Vec::new, |map| map.keys().map(|key| key.to_string()).collect());
-            let found = |key: String| {
-                let at = key_position(text, line, column, &key).unwrap_or((line, column));
-                (key, at)
+            let found = |(name, value): (&rhai::Identifier, &Dynamic)| Key {
+                name: name.to_string(),
+                place: key_position(text, line, column, name).unwrap_or((line, column)),
+                value: Some(value.clone()),
             };
-            keys.into_iter().map(found).collect()
+            value.read_lock::<Map>().map_or_else(Vec::new, |map| map.iter().map(found).collect())
         }
         _ => Vec::new(),
     }
@@ -393,8 +436,17 @@ pub(crate) struct NamedRule {
     pub name: Option<String>,
     /// Where.
     pub at: Position,
-    /// The parameters that are written with it, each with its line and column.
-    pub keys: Vec<(String, (u32, u32))>,
+    /// The parameters that are written with it.
+    pub keys: Vec<Key>,
+}
+
+/// A key of a map as it is written.
+pub(crate) struct Key {
+    pub name: String,
+    /// Its line and column.
+    pub place: (u32, u32),
+    /// What it is set to, where that is a plain value.
+    pub value: Option<Dynamic>,
 }
 
 impl NamedRule {
@@ -405,13 +457,22 @@ impl NamedRule {
 
     /// Parameters that are written with it and that the rule does not have, of those that it has.
     pub fn unknown_parameters(&self, known: &[&str], file: &str) -> Vec<Fault> {
-        let is_unknown = |(key, _): &&(String, (u32, u32))| !known.contains(&key.as_str());
-        let fault = |(key, (line, column)): &(String, (u32, u32))| {
-            let help = hint(key, known.iter().copied()).unwrap_or_else(|| "the rule declares none".into());
-            let fault = Fault::new(file, format!("there is no parameter `{key}`")).with_hint(Some(help));
-            Fault { line: *line, column: *column, ..fault }
+        let is_unknown = |key: &&Key| !known.contains(&key.name.as_str());
+        let fault = |key: &Key| {
+            let help = hint(&key.name, known.iter().copied()).unwrap_or_else(|| "the rule declares none".into());
+            key.fault(file, format!("there is no parameter `{}`", key.name), Some(help))
         };
         self.keys.iter().filter(is_unknown).map(fault).collect()
+    }
+
+    /// Plain values that are written with it and that do not suit the parameters of the rule.
+    pub fn unsuited_values(&self, params: &ParamSet, file: &str) -> Vec<Fault> {
+        let wrong = |key: &Key| {
+            let value = key.value.as_ref().filter(|_| params.get(&key.name).is_some())?;
+            let error = params.with_dynamic(&key.name, value).err()?;
+            Some(key.fault(file, error.message, error.hint))
+        };
+        self.keys.iter().filter_map(wrong).collect()
     }
 }
 
@@ -429,6 +490,13 @@ pub(crate) fn named_presets(ast: &AST) -> Vec<(String, (u32, u32))> {
         true
     });
     found
+}
+
+impl Key {
+    fn fault(&self, file: &str, message: String, hint: Option<String>) -> Fault {
+        let (line, column) = self.place;
+        Fault { line, column, ..Fault::new(file, message).with_hint(hint) }
+    }
 }
 
 /// The rules that a script loads.

@@ -5,12 +5,12 @@ use super::maths;
 use super::resolver::Resolver;
 use super::spending;
 use super::texts;
-use crate::fault::{Complaint, Refusal};
+use crate::fault::{Complaint, Refusal, open_comment};
 use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
     LogicPackage, MoreStringPackage, Package,
 };
-use rhai::{AST, Engine, Position, Scope};
+use rhai::{AST, Engine, LexError, Position, Scope, Token};
 
 /// How much a script may do in one go.
 #[derive(Clone, Copy, Debug)]
@@ -107,6 +107,7 @@ pub(crate) fn compile(engine: &Engine, text: &str, closures: Closures) -> Result
 pub(crate) fn compile_within(engine: &Engine, scope: &Scope, text: &str, closures: Closures) -> Result<AST, Refusal> {
     measure(text)?;
     let ast = engine.compile_with_scope(scope, text)?;
+    refuse_open_comment(engine, text)?;
     refuse_captures(&ast, closures)?;
     Ok(ast)
 }
@@ -127,6 +128,25 @@ pub(crate) fn refuse_captures(ast: &AST, closures: Closures) -> Result<(), Refus
         Complaint::new(format!("a closure does not see the variable `{name}`")).hint(help).into();
     refusal.set_position(at);
     Err(refusal)
+}
+
+/// Refuses a comment without an end: what stands behind it would be gone without a word.
+fn refuse_open_comment(engine: &Engine, text: &str) -> Result<(), Refusal> {
+    let Some((line, column)) = open_comment(text).filter(|_| ends_in_comment(engine, text)) else { return Ok(()) };
+    let mut refusal: Refusal = Complaint::new("this comment has no end").hint("close it with `*/`").into();
+    refusal.set_position(Position::new(line as u16, column as u16));
+    Err(refusal)
+}
+
+/// Whether what stood behind a text would be a comment: a text that opens there is then no token.
+fn ends_in_comment(engine: &Engine, text: &str) -> bool {
+    let probe = format!("{text}\n\"");
+    let inputs = [probe.as_str()];
+    let (tokens, _) = engine.lex(&inputs);
+    let is_open_text = |token| matches!(token, Token::LexError(error) if *error == LexError::UnterminatedString);
+    // At its end it goes on to tell that this is the end.
+    let mut tokens = tokens.take_while(|(token, _)| *token != Token::EOF);
+    !tokens.any(|(token, _)| is_open_text(token))
 }
 
 /// Refuses a script whose places cannot be told: one that is too long or too wide, or has a carriage return within a line.

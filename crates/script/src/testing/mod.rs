@@ -170,7 +170,9 @@ impl TestFile {
                 // What is wrong in the rule is told of its own file.
                 Ok(source) => faults.extend(Rule::load(own, &source, &self.around).into_iter().flat_map(|rule| {
                     let known: Vec<&str> = rule.params().iter().map(|(param, _)| param.name.as_str()).collect();
-                    named.unknown_parameters(&known, &self.source.path)
+                    let unknown = named.unknown_parameters(&known, &self.source.path);
+                    let unsuited = named.unsuited_values(rule.params(), &self.source.path);
+                    unknown.into_iter().chain(unsuited).collect::<Vec<_>>()
                 })),
             }
         }
@@ -196,6 +198,11 @@ impl TestFile {
     /// Its tests, in the order of the text.
     pub fn tests(&self) -> &[Test] {
         &self.tests
+    }
+
+    /// The texts of it and of all that its tests have read so far.
+    pub fn texts(&self) -> &crate::Texts {
+        &self.around.texts
     }
 
     /// The rule they are about, as city scripts name it.
