@@ -140,7 +140,8 @@ struct CheckArguments {
 /// Arguments of `plat rules`.
 #[derive(clap::Args, Debug)]
 struct RulesArguments {
-    /// Rules and presets whose names begin so, such as streets/ or presets/village; all when none is named.
+    /// Rules and presets whose names begin so, such as streets/, or are called so in their folder, such as grid or village; all
+    /// when none is named.
     names: Vec<String>,
     /// Lists the rules of this folder too: a city's, or one of rules alone.
     #[arg(long, value_name = "DIR")]

@@ -87,16 +87,22 @@ pub(crate) fn check(source: &Source, around: &Surroundings, sites: Arc<dyn Sites
     }
     if all {
         let mut others = further(&mut faults, &ast, source, around, &words);
-        others.extend(in_presets(&ast, source, around));
+        if evaluated.is_none() {
+            others.extend(in_presets(&ast, source, around));
+        }
         others.extend(around.shelves.pin().changes().map(|message| {
-            let (line, column) = first_call(&ast, "library")
-                .map_or((0, 0), |at| (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32));
+            let (line, column) = place_of_call(&ast, "library");
             let help = format!("library({LIBRARY}) takes them over");
             Fault { line, column, ..Fault::warning(&source.path, message).with_hint(Some(help)) }
         }));
         add_others(&mut faults, others);
     }
     Checked { evaluated, faults }
+}
+
+/// Where a script first calls a word: line and column, 0 where it does not.
+fn place_of_call(ast: &AST, word: &str) -> (u32, u32) {
+    first_call(ast, word).map_or((0, 0), |at| (at.line().unwrap_or(0) as u32, at.position().unwrap_or(0) as u32))
 }
 
 /// What is wrong with the name of a district is placed on it: the word that takes all districts together knows no place.
@@ -330,7 +336,11 @@ pub(crate) fn of_preset<T>(
         run_script(&engine, &ast, source, around, &words)?;
         let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
         let help = "call preset(#{ pattern: rule(\"…\"), … }) once, at its end";
-        let wrong = |message: &str| Fault::new(&source.path, message).with_hint(Some(help.into()));
+        let (line, column) = place_of_call(&ast, "preset");
+        let wrong = |message: &str| {
+            let fault = Fault::new(&source.path, message).with_hint(Some(help.into()));
+            Fault { line, column, ..fault }.measured(&around.texts)
+        };
         match told.len() {
             1 => make(told.remove(0)).map_err(|complaint| complaint.in_call("preset", source)),
             0 => Err(wrong("this file tells no preset")),

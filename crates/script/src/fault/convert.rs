@@ -141,6 +141,11 @@ fn words_of(error: EvalAltResult, diagnosis: &Diagnosis<'_>, spot: &Spot) -> Wor
         }
         E::ErrorArithmetic(message, _) => Complaint::new(lower_first(&message)).maybe_hint(of_arithmetic(&message)),
         E::ErrorArrayBounds(length, index, _) => out_of_list(length, index),
+        E::ErrorIndexingType(what, _) => {
+            let subject = plain_type(what.split(" [").next().unwrap_or_default());
+            let help = "lists, maps and texts can; of other things one asks by a point: p.name, tip.x";
+            Complaint::new(format!("{subject} cannot be asked with […]")).hint(help)
+        }
         other => {
             let mut other = other;
             other.set_position(Position::NONE);

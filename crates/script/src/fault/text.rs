@@ -68,11 +68,10 @@ fn keys(text: &str, name: &str) -> impl Iterator<Item = (u32, u32, u32)> {
     text.lines().zip(1..).flat_map(move |(line, number)| {
         let code = line.split("//").next().unwrap_or_default();
         let forms = [name.to_owned(), format!("\"{name}\"")];
-        let found = forms.into_iter().find_map(|form| {
+        forms.into_iter().find_map(|form| {
             let at = code.match_indices(&form).map(|(at, _)| at).find(|&at| is_key(code, at, form.len()))?;
             Some((number, code[..at].chars().count() as u32 + 1, form.chars().count() as u32))
-        });
-        found
+        })
     })
 }
 

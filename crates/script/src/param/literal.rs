@@ -90,7 +90,10 @@ impl Domain {
                 value.as_immutable_string_ref().ok().and_then(|text| self.word(&text))
             }
         };
-        let wrong = || (format!("must be {}, not {}", self.wanted(), crate::host::kind_of(value)), None);
+        let is_plain = matches!(self, Self::Number { .. } | Self::Whole { .. } | Self::Flag);
+        let quoted = is_plain && value.is_string();
+        let help = quoted.then(|| "numbers, true and false stand without quotes".to_owned());
+        let wrong = || (format!("must be {}, not {}", self.wanted(), crate::host::kind_of(value)), help);
         self.check(literal.ok_or_else(wrong)?)
     }
 
