@@ -114,7 +114,8 @@ impl Host {
     /// first: at least one fault.
     pub fn preset(&self, name: &str) -> Result<Preset, Vec<Fault>> {
         let name = preset::full_name(name);
-        let source = self.around.shelves.read(&name).map_err(|fault| vec![fault])?;
+        let missing = |fault: Fault| vec![Fault { message: fault.message.replace("rule", "preset"), ..fault }];
+        let source = self.around.shelves.read(&name).map_err(missing)?;
         Preset::load(&name, &source, &self.around)
     }
 
