@@ -64,6 +64,9 @@ pub enum PresetTarget {
     Quarter(Id),
 }
 
+/// What a preset says besides how its streets grow.
+const OWN: [&str; 5] = ["parcels", "buildings", "class", "picture", "side"];
+
 /// The classes of streets that presets can be laid on.
 const CLASSES: [&str; 3] = ["highways", "majors", "minors"];
 
@@ -135,11 +138,15 @@ impl Preset {
         of_preset(source, around, |told| Self::of(name, &source.path, headline(&source.text), told))
     }
 
+    /// What a preset may say.
+    pub(crate) fn keys() -> impl Iterator<Item = &'static str> {
+        OWN.iter().chain(STREETS).copied()
+    }
+
     fn of(name: &str, path: &str, about: String, options: Map) -> Result<Self, Complaint> {
-        const OWN: [&str; 5] = ["parcels", "buildings", "class", "picture", "side"];
         let mut own = Map::new();
         let mut streets = Map::new();
-        let known: Vec<&str> = OWN.iter().chain(STREETS).copied().filter(|key| *key != "preset").collect();
+        let known: Vec<&str> = Self::keys().collect();
         if let Some(key) = options.keys().find(|key| !known.contains(&key.as_str())) {
             let wrong = Complaint::new(format!("a preset has no `{key}`"));
             return Err(wrong.maybe_hint(hint(key, known.iter().copied())).key(key.as_str()));

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use streets::StreetId;
 
 /// Everything that `city(…)` knows.
-const KEYS: &[&str] = &[
+pub(super) const KEYS: &[&str] = &[
     "name",
     "site",
     "districts",

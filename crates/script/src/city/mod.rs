@@ -18,7 +18,7 @@ pub(crate) use streets::{STREETS, rule_of, streets as street_plan};
 use crate::fault::{Complaint, Diagnosis, Fault, Refusal, of_error, of_panic, place_in_script};
 use crate::host::{
     Closures, LIBRARY, Limits, NamedRule, Resolver, Source, Spending, Vocabulary, engine, first_call, miscounted_calls,
-    named_presets, named_rules, unknown_words,
+    named_presets, named_rules, unknown_keys, unknown_words,
 };
 use crate::plan::Plan;
 use crate::preset::{Preset, full_name};
@@ -129,6 +129,12 @@ fn further(
 ) -> Vec<Fault> {
     let mut others = faults.split_off(faults.len().min(1));
     let found = miscounted_calls(ast, &source.path, words).into_iter().chain(in_rules(ast, source, around));
+    let found = found.chain(unknown_keys(ast, &source.path, &source.text, |word| match word {
+        "city" => Some(build::KEYS.iter().copied().collect()),
+        "streets" => Some(STREETS.iter().copied().chain(["preset"]).collect()),
+        "preset" => Some(Preset::keys().collect()),
+        _ => None,
+    }));
     others.extend(found.map(|fault| fault.measured(&around.texts)));
     others
 }

@@ -309,11 +309,21 @@ pub(crate) fn assigned_properties(statements: &[Stmt], variable: &str, file: &st
 
 /// Options in maps written where a function takes options, that it does not know, by position.
 pub(crate) fn unknown_options(ast: &AST, file: &str, text: &str, words: &Vocabulary) -> Vec<Fault> {
+    unknown_keys(ast, file, text, |name| words.options_of(name))
+}
+
+/// The same of words whose options are known from elsewhere.
+pub(crate) fn unknown_keys<'a>(
+    ast: &AST,
+    file: &str,
+    text: &str,
+    options_of: impl Fn(&str) -> Option<BTreeSet<&'a str>>,
+) -> Vec<Fault> {
     let mut faults = Vec::new();
     ast.walk(&mut |path: &[ASTNode<'_>]| {
         let Some(called) = path.last().and_then(called).filter(|called| is_plain(called.call)) else { return true };
         let name = called.call.name.as_str();
-        let Some(known) = words.options_of(name) else { return true };
+        let Some(known) = options_of(name) else { return true };
         for Key { name: key, place, .. } in called.call.args.iter().flat_map(|argument| keys_of(argument, text)) {
             if !known.contains(key.as_str()) {
                 let near = hint(&key, known.iter().copied());

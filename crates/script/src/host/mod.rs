@@ -15,8 +15,8 @@ mod vocabulary;
 pub(crate) use call::{Caller, Handle, Located};
 pub(crate) use check::{
     AskedMap, NamedRule, asked_maps, assigned_properties, declared_in, first_call, imported_files, miscounted_calls,
-    misplaced_params, named_presets, named_rules, properties, rebinds, undeclared, unknown_imported, unknown_methods,
-    unknown_options, unknown_properties, unknown_words,
+    misplaced_params, named_presets, named_rules, properties, rebinds, undeclared, unknown_imported, unknown_keys,
+    unknown_methods, unknown_options, unknown_properties, unknown_words,
 };
 pub(crate) use engine::{Closures, Limits, compile, compile_within, engine, refuse_captures};
 pub use library::{Embedded, LIBRARY, Library, Source, Texts};
