@@ -41,19 +41,14 @@ pub(crate) fn miscounted_calls(ast: &AST, file: &str, words: &Vocabulary) -> Vec
     })
 }
 
-/// Parameters that are asked for in these statements and not declared, by position; `variable` is what they are asked of.
-pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str], file: &str) -> Vec<Fault> {
+/// What is wrong with what is asked of a variable in these statements, by position; told what stands behind the point.
+fn faults_of_asked(statements: &[Stmt], variable: &str, fault_of: impl Fn(&Expr) -> Option<Fault>) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut on_node = |path: &[ASTNode<'_>]| {
         if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
             && is_variable(&dot.lhs, variable)
-            && let Some((name, place)) = property_of(&dot.rhs)
-            && !declared.contains(&name)
         {
-            let help = hint(name, declared.iter().copied());
-            let help = help.or_else(|| Some(format!("declare it: params(#{{ {name}: number(0) }})")));
-            let message = format!("there is no parameter `{name}`");
-            faults.push(at(place, Fault::new(file, message).with_hint(help)));
+            faults.extend(fault_of(&dot.rhs));
         }
         true
     };
@@ -61,6 +56,16 @@ pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str],
         statement.walk(&mut Vec::new(), &mut on_node);
     }
     in_order(faults)
+}
+
+/// Parameters that are asked for in these statements and not declared, by position; `variable` is what they are asked of.
+pub(crate) fn undeclared(statements: &[Stmt], variable: &str, declared: &[&str], file: &str) -> Vec<Fault> {
+    faults_of_asked(statements, variable, |asked| {
+        let (name, place) = property_of(asked).filter(|(name, _)| !declared.contains(name))?;
+        let help = hint(name, declared.iter().copied());
+        let help = help.or_else(|| Some(format!("declare it: params(#{{ {name}: number(0) }})")));
+        Some(at(place, Fault::new(file, format!("there is no parameter `{name}`")).with_hint(help)))
+    })
 }
 
 /// Properties that are asked of a variable in these statements and that it does not have, by position.
@@ -70,22 +75,11 @@ pub(crate) fn unknown_properties(
     known: &BTreeSet<&str>,
     file: &str,
 ) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    let mut on_node = |path: &[ASTNode<'_>]| {
-        if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
-            && is_variable(&dot.lhs, variable)
-            && let Some((name, place)) = property_of(&dot.rhs)
-            && !known.contains(name)
-        {
-            let help = hint(name, known.iter().copied());
-            faults.push(at(place, Fault::new(file, format!("{variable} has no `{name}`")).with_hint(help)));
-        }
-        true
-    };
-    for statement in statements {
-        statement.walk(&mut Vec::new(), &mut on_node);
-    }
-    in_order(faults)
+    faults_of_asked(statements, variable, |asked| {
+        let (name, place) = property_of(asked).filter(|(name, _)| !known.contains(name))?;
+        let help = hint(name, known.iter().copied());
+        Some(at(place, Fault::new(file, format!("{variable} has no `{name}`")).with_hint(help)))
+    })
 }
 
 /// What is called in these statements on a variable of a kind, and cannot be: with so many arguments, or at all; by position.
@@ -95,23 +89,15 @@ pub(crate) fn unknown_methods(
     words: &Vocabulary,
     file: &str,
 ) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    let mut on_node = |path: &[ASTNode<'_>]| {
-        if let Some(ASTNode::Expr(Expr::Dot(dot, ..))) = path.last()
-            && is_variable(&dot.lhs, variable)
-            && let Some((call, place)) = method_of(&dot.rhs)
-            && words.has_function(&call.name)
-            && !words.is_method(kind, &call.name, call.args.len())
-        {
-            let Complaint { message, hint, .. } = no_method(kind, &call.name, call.args.len(), words);
-            faults.push(at(place, Fault::new(file, message).with_hint(hint)));
+    faults_of_asked(statements, variable, |asked| {
+        let (call, place) = method_of(asked)?;
+        let (name, count) = (call.name.as_str(), call.args.len());
+        if !words.has_function(name) || words.is_method(kind, name, count) {
+            return None;
         }
-        true
-    };
-    for statement in statements {
-        statement.walk(&mut Vec::new(), &mut on_node);
-    }
-    in_order(faults)
+        let Complaint { message, hint, .. } = no_method(kind, name, count, words);
+        Some(at(place, Fault::new(file, message).with_hint(hint)))
+    })
 }
 
 /// Whether these statements make a name stand for something else somewhere: then little is known of it.
